@@ -136,10 +136,15 @@ async fn take_over<B: Board>(core: &mut Core<'_, B>, servos: &mut Servos<B::Bus>
             Err(error) => count::<B::Bus>(core.hand.shared, &error),
         }
     }
-    if let Some((finger, id, to)) = Leadership::torque(&core.hand) {
+    if let Some((finger, id, to)) = core.leadership.torque(&core.hand) {
         match core.patiently(servos.set_torque(finger, id, to)).await {
             Ok(()) => Leadership::has_torque(&mut core.hand, finger, to.is_some()),
-            Err(error) => count::<B::Bus>(core.hand.shared, &error),
+            Err(error) => {
+                count::<B::Bus>(core.hand.shared, &error);
+                if let (dynamixel::Error::Refused { error, .. }, Some(goal)) = (error, to) {
+                    Leadership::stays_relaxed(&mut core.hand, finger, goal, error);
+                }
+            }
         }
     }
     if let Some((finger, id, goal_current)) =

@@ -1,6 +1,6 @@
 //! The gripper as its servos' master: whom it looks for, whom it asks, and what it makes of their answers.
 
-use dynamixel::{Id, Model as ServoModel, xm430};
+use dynamixel::{Id, Model as ServoModel, StatusError, xm430};
 use embassy_time::{Duration, Instant};
 use grip::{Health, StrainWatch, Vitals};
 use heapless::Vec;
@@ -31,6 +31,8 @@ pub(crate) struct Leadership {
     /// When a servo is looked for next, and where the search goes on.
     search: Instant,
     next_sought: usize,
+    /// Whose torque is switched next, if it is to be.
+    next_switched: usize,
     /// When a servo is asked for its temperature next, and which comes after that.
     look: Instant,
     next_looked: usize,
@@ -43,7 +45,15 @@ impl Leadership {
     /// Every servo is looked for at once.
     pub(crate) fn new() -> Self {
         let now = Instant::now();
-        Self { search: now, next_sought: 0, look: now, next_looked: 0, heard_other: None, told_other: None }
+        Self {
+            search: now,
+            next_sought: 0,
+            next_switched: 0,
+            look: now,
+            next_looked: 0,
+            heard_other: None,
+            told_other: None,
+        }
     }
 
     /// A servo that is to be looked for now, the fingers in turn. Less often while a finger grips: that costs it ticks.
@@ -66,17 +76,21 @@ impl Leadership {
         Some((finger, unit.id()?))
     }
 
-    /// A servo whose torque is to be changed: off, or on with this goal (counts).
+    /// A servo whose torque is to be changed: off, or on with this goal (counts). Those that are to be switched off come first, and each comes
+    /// in its turn: one that does not obey keeps no other waiting.
+    pub(crate) fn torque(&mut self, hand: &Hand<'_>) -> Option<(usize, Id, Option<i32>)> {
+        let (finger, id, goal) = self.switching(hand)?;
+        self.next_switched = finger + 1;
+        Some((finger, id, goal))
+    }
+
     #[inline(never)]
-    pub(crate) fn torque(hand: &Hand<'_>) -> Option<(usize, Id, Option<i32>)> {
-        hand.units.iter().enumerate().filter(|(_, unit)| unit.health.is_present()).find_map(|(finger, unit)| {
-            let goal = match unit.torque {
-                Torque::On | Torque::Off => return None,
-                Torque::Falling => None,
-                Torque::Rising => Some(unit.last.position),
-            };
-            Some((finger, unit.id()?, goal))
-        })
+    fn switching(&self, hand: &Hand<'_>) -> Option<(usize, Id, Option<i32>)> {
+        let fingers = hand.units.iter().enumerate();
+        let turned = fingers.clone().skip(self.next_switched).chain(fingers);
+        let next = |torque| turned.clone().find(|(_, unit)| unit.health.is_present() && unit.torque == torque);
+        let (finger, unit) = next(Torque::Falling).or_else(|| next(Torque::Rising))?;
+        Some((finger, unit.id()?, (unit.torque == Torque::Rising).then_some(unit.last.position)))
     }
 
     /// A servo whose own current limit is to be another one, which `unfenced` says.
@@ -99,6 +113,16 @@ impl Leadership {
                 (Torque::Falling, false) => Torque::Off,
                 (other, _) => other,
             };
+        }
+    }
+
+    /// A servo refuses to hold this goal: what it was to do is over, and the finger stays without torque.
+    pub(crate) fn stays_relaxed(hand: &mut Hand<'_>, finger: usize, position: i32, error: StatusError) {
+        let Some(unit) = hand.units.get_mut(finger) else { return };
+        if unit.torque == Torque::Rising {
+            unit.torque = Torque::Off;
+            unit.grip.relax();
+            hand.shared.tell(Event::GoalRefused { finger: finger as u8, position, error: error.code() });
         }
     }
 
@@ -164,7 +188,7 @@ impl Leadership {
         let now = Instant::now();
         self.missing(hand, now).is_some()
             || self.unseen(hand, now).is_some()
-            || Self::torque(hand).is_some()
+            || self.switching(hand).is_some()
             || Self::alerting(hand).is_some()
             || Self::unfenced(hand, |finger, fence| servos.unfenced(finger, fence)).is_some()
     }

@@ -1,6 +1,7 @@
 //! What becomes of orders: each finger obeys as far as it can, and says so.
 
 use dynamixel::xm430;
+use fre_gripper::servo::Config;
 use messages::{
     Close, CloseTo, Event, For, GetCounters, GetObject, Grip, GripTo, Heed, Hold, Mount, Open, Phase, PlaceObject,
     Refusal, Relax, Report, SetObject, SetSettings, Settings, Silence, Which, Why,
@@ -74,6 +75,34 @@ fn a_relaxed_finger_stays_relaxed_until_it_is_to_move() {
     let there = bench.servo.truth().motor_angle;
     // The gears' friction and the first touch leave it 10 counts short.
     assert!(there > 0.023 && jump < 0.002, "from {from} to {there} rad, {jump} rad at once");
+}
+
+/// A servo that refuses to hold where it is stays without torque, says so once, and keeps no other finger's order waiting.
+#[test]
+fn a_servo_that_refuses_torque_keeps_no_other_waiting() {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+    let mut settings = Settings::of(Mount { servo_id: 1, ..GEARED_MOUNT });
+    settings.fingers[1] = Some(Mount { servo_id: 2, ..GEARED_MOUNT });
+    set_up(&mut bench, &settings, OBJECT);
+    bench.until("a second finger", 5 * SECOND, |report| report.finger == 1 && report.position != 0);
+    bench.ask::<Relax>(&Which::One(0)).unwrap();
+    bench.until("a relaxed finger", SECOND, |report| report.finger == 0 && report.phase == Phase::Relaxed);
+    bench.run(SECOND / 10);
+    // Moved by hand, so to speak, to where its limits do not allow a goal.
+    let position = bench.servo.read(xm430::PRESENT_POSITION);
+    bench.servo.write(xm430::MIN_POSITION_LIMIT, position as u32 + 500);
+    let to = CloseTo { fingers: Which::One(0), angle: 0.04, speed: Some(0.05) };
+    bench.ask::<Close>(&to).unwrap();
+    bench.ask::<Relax>(&Which::One(1)).unwrap();
+    bench.run(SECOND / 10);
+    let torques = [0, 1].map(|finger| bench.servo_of(finger).read(xm430::TORQUE_ENABLE));
+    assert_eq!((torques, last(&bench).phase), ([0, 0], Phase::Relaxed));
+    let refused = |event: &&Event| matches!(event, Event::GoalRefused { finger: 0, .. });
+    assert_eq!(bench.events.iter().filter(refused).count(), 1, "{:?}", bench.events);
+    bench.ask::<Close>(&CloseTo { fingers: Which::One(1), ..to }).unwrap();
+    bench.run(SECOND / 10);
+    assert_eq!(bench.servo_of(1).read(xm430::TORQUE_ENABLE), 1);
 }
 
 /// Single answers that are lost while a finger holds are no events: the reports have them.
