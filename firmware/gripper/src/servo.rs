@@ -71,6 +71,9 @@ impl<U: BusPort> Turn<U> {
 /// silent too.
 const APART: u8 = 8;
 
+/// Ticks in which a goal that nobody confirms is written once more: noise may have damaged it.
+const AGAIN: u8 = 2;
+
 /// The servos.
 pub(crate) struct Servos<U: BusPort> {
     master: Master<U, Delay, 128>,
@@ -79,6 +82,8 @@ pub(crate) struct Servos<U: BusPort> {
     delay: u8,
     /// The goals last written.
     written: [Option<i32>; FINGERS],
+    /// In how many further ticks they are written, as nobody has confirmed them.
+    unconfirmed: [u8; FINGERS],
     /// Which servos can be read together in one packet.
     fast: [bool; FINGERS],
     /// What the servos are.
@@ -98,6 +103,7 @@ impl<U: BusPort> Servos<U> {
             latency_us,
             delay: 0,
             written: [None; FINGERS],
+            unconfirmed: [0; FINGERS],
             fast: [false; FINGERS],
             models: [Model::ASSUMED; FINGERS],
             most_current: [None; FINGERS],
@@ -182,14 +188,24 @@ impl<U: BusPort> Servos<U> {
     }
 
     fn wrote(&mut self, finger: usize, goal: Option<i32>) {
-        if let Some(written) = self.written.get_mut(finger) {
+        if let (Some(written), Some(left)) = (self.written.get_mut(finger), self.unconfirmed.get_mut(finger)) {
+            (*written, *left) = (goal, 0);
+        }
+    }
+
+    /// The same where nobody answers.
+    fn wrote_unconfirmed(&mut self, finger: usize, goal: Option<i32>) {
+        if let (Some(written), Some(left)) = (self.written.get_mut(finger), self.unconfirmed.get_mut(finger)) {
+            *left = if *written == goal { left.saturating_sub(1) } else { AGAIN };
             *written = goal;
         }
     }
 
-    /// The goal, if it is not the one last written.
+    /// The goal, if it is not the one last written, or nobody has confirmed that.
     fn new_goal(&self, turn: &Turn<U>) -> Option<i32> {
-        turn.goal.filter(|goal| self.written.get(turn.finger).is_none_or(|written| *written != Some(*goal)))
+        let is_known = |goal: &i32| self.written.get(turn.finger).is_some_and(|written| *written == Some(*goal));
+        let is_confirmed = self.unconfirmed.get(turn.finger).is_none_or(|left| *left == 0);
+        turn.goal.filter(|goal| !(is_confirmed && is_known(goal)))
     }
 
     /// Switches a servo's torque off, or on with this goal.
@@ -249,8 +265,8 @@ impl<U: BusPort> Servos<U> {
         Ok(Reading { refused, heard_ticks, ..reading(model, Answer { value: bytes, alert }) })
     }
 
-    /// All of them with one question, at the same addresses. (Nobody answers a common write, so that a goal that is refused shows in the position
-    /// only; a single servo's does.)
+    /// All of them with one question, at the same addresses. (Nobody answers a common write: it is repeated, and a goal that is refused shows in
+    /// the position only; a single servo's is answered.)
     async fn together(&mut self, turns: &mut [Turn<U>]) {
         let mut goals: Vec<(Id, [u8; 4]), FINGERS> = Vec::new();
         let mut answers: Vec<SyncAnswer<U::Error, PRESENT_BYTES>, FINGERS> = Vec::new();
@@ -266,7 +282,7 @@ impl<U: BusPort> Servos<U> {
         if !goals.is_empty() {
             let written = self.master.sync_write(goal_at, &goals).await.is_ok();
             for turn in turns.iter().filter(|turn| written && turn.goal.is_some()) {
-                self.wrote(turn.finger, turn.goal);
+                self.wrote_unconfirmed(turn.finger, turn.goal);
             }
         }
         let fast = turns.iter().all(|turn| self.fast.get(turn.finger) == Some(&true));

@@ -48,6 +48,8 @@ struct Wire {
     inbox: VecDeque<u8>,
     asked: Vec<u8, 64>,
     baud: u32,
+    /// How many common writes noise will damage.
+    noisy: u8,
 }
 
 impl Wire {
@@ -62,7 +64,7 @@ impl Wire {
             (Device::new(Timing::at(1_000_000)), Table { memory, knows })
         };
         let servos = [servo(1, firmware[0]), servo(2, firmware[1])];
-        Self { servos, inbox: VecDeque::new(), asked: Vec::new(), baud: 1_000_000 }
+        Self { servos, inbox: VecDeque::new(), asked: Vec::new(), baud: 1_000_000, noisy: 0 }
     }
 }
 
@@ -84,6 +86,10 @@ impl Read for Wire {
 impl Write for Wire {
     async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
         let _ = self.asked.push(bytes[7]);
+        if bytes[7] == Instruction::SyncWrite.code() && self.noisy > 0 {
+            self.noisy -= 1;
+            return Ok(bytes.len());
+        }
         let mut spoken = VecDeque::from([(None, bytes.to_vec())]);
         while let Some((by, words)) = spoken.pop_front() {
             for (index, (device, table)) in self.servos.iter_mut().enumerate().filter(|it| by != Some(it.0)) {
@@ -136,9 +142,13 @@ fn ready(wire: Wire) -> Servos<Wire> {
 
 /// A tick that leads nobody anywhere: the positions read, and the instruction that asked for them.
 fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
+    tick_to(servos, [10, 20])
+}
+
+/// A tick with these goals.
+fn tick_to(servos: &mut Servos<Wire>, goals: [i32; 2]) -> ([Option<i32>; 2], u8) {
     let mut turns = [0, 1].map(|finger| {
-        let goal = Some(10 + 10 * finger as i32);
-        Turn { goal, ..Turn::new(finger, Id::new(finger as u8 + 1).unwrap()) }
+        Turn { goal: Some(goals[finger]), ..Turn::new(finger, Id::new(finger as u8 + 1).unwrap()) }
     });
     servos.master.port_mut().asked.clear();
     wait_for(servos.tick(&mut turns));
@@ -164,6 +174,24 @@ fn a_servo_that_does_not_keep_its_promise_costs_one_tick() {
         assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::Read.code()));
     }
     assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::SyncRead.code()));
+}
+
+/// Nobody answers a common write: one that is lost is made good in the ticks after, and then nothing is written any more.
+#[test]
+fn a_goal_that_noise_has_damaged_is_written_again() {
+    let mut servos = ready(Wire::new([45, 45], true));
+    tick(&mut servos);
+    let goals = |servos: &mut Servos<Wire>| servos.port_mut().servos.each_ref().map(|(_, table)| table.memory[116]);
+    for noisy in 0..=AGAIN {
+        servos.port_mut().noisy = noisy;
+        let to = [30 + noisy, 40];
+        let mut writes = 0;
+        for _ in 0..6 {
+            tick_to(&mut servos, to.map(i32::from));
+            writes += servos.port_mut().asked.iter().filter(|code| **code == Instruction::SyncWrite.code()).count();
+        }
+        assert_eq!((goals(&mut servos), writes), (to, usize::from(1 + AGAIN)), "{noisy}");
+    }
 }
 
 #[test]
