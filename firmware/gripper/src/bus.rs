@@ -39,6 +39,9 @@ pub(crate) enum Job {
     Listen,
 }
 
+/// The ears, until this is dropped; nothing where nobody listens.
+pub(crate) type HeldEars<'b> = MutexGuard<'b, Raw, Option<Ears>>;
+
 /// The bus, for the two tasks that use it. One per gripper, in a static.
 pub struct Bus<U: BusPort> {
     line: Mutex<Raw, Line<U>>,
@@ -70,7 +73,7 @@ impl<U: BusPort> Bus<U> {
     }
 
     /// What the gripper makes of another master's traffic.
-    pub(crate) async fn ears(&self) -> MutexGuard<'_, Raw, Option<Ears>> {
+    pub(crate) async fn ears(&self) -> HeldEars<'_> {
         self.ears.lock().await
     }
 

@@ -5,7 +5,7 @@ use heapless::Vec;
 use messages::{FINGERS, Role, Settings};
 
 use crate::board::Board;
-use crate::device_table::{BusSettings, DeviceTable};
+use crate::device_table::{BusSettings, Change, DeviceTable};
 use crate::shared::{Shared, now_us};
 
 /// Longest packet that is understood, bytes: an answer with 180 bytes of data.
@@ -27,7 +27,6 @@ pub(crate) struct Ears {
     tap: Tap<PACKET, FINGERS>,
     /// Of a device.
     pub(crate) voice: Option<Voice>,
-    role: Role,
     baud: u32,
     /// Each servo watched, and when the last byte of its position came, in ticks of the cost clock.
     heard: Vec<(Id, Option<u32>), FINGERS>,
@@ -55,29 +54,32 @@ impl Said {
 }
 
 impl Ears {
+    /// Opens them at a rate. A control table that there is stays.
     // What making them takes is on the stack in here only.
     #[inline(never)]
     pub(crate) fn open<B: Board>(ears: &mut Option<Self>, settings: &Settings, baud: u32) {
-        *ears = Some(Self::new::<B>(settings, baud));
+        let table = ears.take().and_then(|ears| ears.voice).map(|voice| voice.table);
+        *ears = Some(Self::new::<B>(settings, baud, table));
     }
 
-    fn new<B: Board>(settings: &Settings, baud: u32) -> Self {
+    fn new<B: Board>(settings: &Settings, baud: u32, table: Option<DeviceTable>) -> Self {
         let latency_us = B::BUS_LATENCY_US + RETURN_DELAY_US;
         let timing = Timing { baud_rate: baud, latency_us, status_return: StatusReturn::All };
-        let voice = match settings.role {
-            Role::Device { id, return_delay } => {
-                let bus = BusSettings { id: Id::new(id).unwrap_or(Id::MAX), baud_rate: baud, return_delay };
-                let table = DeviceTable::new(&bus, FIRMWARE, settings.count(), B::ANSWER_US);
-                Some(Voice { device: Device::new(timing), table, heard_us: [None; FINGERS] })
-            }
-            Role::Idle | Role::Master | Role::Tap => None,
-        };
-        Self { tap: Tap::new(timing), voice, role: settings.role, baud, heard: Vec::new() }
+        let voice = BusSettings::of(settings).map(|bus| {
+            let table = table.unwrap_or_else(|| DeviceTable::new(&bus, FIRMWARE, settings.count(), B::ANSWER_US));
+            Voice { device: Device::new(timing), table, heard_us: [None; FINGERS] }
+        });
+        Self { tap: Tap::new(timing), voice, baud, heard: Vec::new() }
     }
 
     /// Whether they are those of this role at this rate.
     pub(crate) fn are(&self, role: Role, baud: u32) -> bool {
-        (self.role, self.baud) == (role, baud)
+        (self.voice.is_some(), self.baud) == (matches!(role, Role::Device { .. }), baud)
+    }
+
+    /// What the master has changed in the control table and nobody has taken yet, one thing at a time.
+    pub(crate) fn take_change(&mut self) -> Option<Change> {
+        self.voice.as_mut()?.table.take()
     }
 
     /// Forgets every servo.
@@ -129,6 +131,13 @@ impl Ears {
 }
 
 impl Voice {
+    /// Has the control table say what is set of the gripper itself.
+    pub(crate) fn settle(&mut self, settings: &Settings) {
+        if let Some(bus) = BusSettings::of(settings) {
+            self.table.set_bus(&bus, settings.count());
+        }
+    }
+
     /// The next answer to what was heard at this time, µs; the bytes that it takes are taken off.
     #[inline(never)]
     pub(crate) fn answer(&mut self, now: u64, rest: &mut &[u8]) -> Option<Said> {

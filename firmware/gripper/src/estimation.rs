@@ -6,6 +6,7 @@ use model_core::estimator::Estimate;
 use model_core::status::Status;
 
 use crate::board::Board;
+use crate::device_table::YOUNG_US;
 use crate::free::Free;
 use crate::hand::Hand;
 use crate::margin::Margins;
@@ -13,10 +14,8 @@ use crate::scheduler::Scheduler;
 use crate::servo::Reading;
 use crate::shared::now_us;
 use crate::steps;
-use crate::unit::Pending;
+use crate::unit::{Pending, Unit};
 
-/// Age up to which a position counts though no newer one was heard, µs.
-const YOUNG_US: u64 = 100_000;
 /// Age of a position from which its servo counts as gone, µs.
 const LOST_US: u64 = 1_000_000;
 
@@ -232,7 +231,9 @@ impl Estimation {
             let fingers = hand.units.iter().filter_map(|unit| Some((&unit.last, unit.mount?.side)));
             let grasp = Grasp::of(fingers);
             let place = self.free.as_ref().map(Free::place).unwrap_or_default();
-            self.margins.go_on::<B>(hand, scheduler, grasp.is_trustworthy, place);
+            // Numbers that are repeated because nothing newer was heard are as sound as they were.
+            let is_sound = hand.units.iter().filter(|unit| unit.mount.is_some()).all(Unit::is_sound);
+            self.margins.go_on::<B>(hand, scheduler, is_sound, place);
             let (free, margin) = (self.free.as_ref().map(Free::report), self.margins.report(scheduler.ticks));
             hand.shared.grasp(Grasp { free, margin, ..grasp });
         }

@@ -15,7 +15,7 @@ use grip::Health;
 use messages::{Direction, Event, For, Object, Role};
 
 use crate::board::{Board, BusPort};
-use crate::bus::{Bus, Job};
+use crate::bus::{Bus, HeldEars, Job};
 use crate::device_table::{BusSettings, Change, FingerSettings, FingerState};
 use crate::ears::{Ears, Sight, Voice, age_us};
 use crate::servo::Reading;
@@ -25,8 +25,9 @@ use crate::ticks::Core;
 
 /// One period of a gripper that listens.
 pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) {
-    let baud = core.hand.settings.baud_heard();
-    let role = core.hand.settings.role;
+    // The table says anew what is set only where everything that the master has written is set.
+    drop(do_changes(core, bus).await);
+    let (role, baud) = (core.hand.settings.role, core.hand.settings.baud_heard());
     let is_open = bus.ears().await.as_ref().is_some_and(|ears| ears.are(role, baud));
     if !is_open || core.orders.settings_changed {
         core.orders.settings_changed = false;
@@ -35,19 +36,23 @@ pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) 
     if !is_open {
         bus.give(Job::Rest);
         bus.line().await.servos.port_mut().set_baud(baud);
-        Ears::open::<B>(&mut *bus.ears().await, &core.hand.settings, baud);
+        Ears::open::<B>(&mut *do_changes(core, bus).await, &core.hand.settings, baud);
         core.orders.setup_is_new = true;
         bus.give(Job::Listen);
     }
-    if core::mem::take(&mut core.orders.setup_is_new)
-        && let Some(ears) = &mut *bus.ears().await
+    if core.orders.setup_is_new
+        && let Some(ears) = &mut *do_changes(core, bus).await
     {
+        core.orders.setup_is_new = false;
         core.set_ears(ears);
     }
     // What came once the last period had its estimate.
     take_in(core, bus).await;
     while Instant::now() < core.scheduler.end {
-        if let Either::First(()) = select(bus.heard(), Timer::at(core.scheduler.end)).await {
+        // What the grip bears is looked for meanwhile, a step at a time.
+        let has_searched = core.estimation.margins.search::<B>(&core.scheduler);
+        let next = if has_searched { Instant::MIN } else { core.scheduler.end };
+        if let Either::First(()) = select(bus.heard(), Timer::at(next)).await {
             take_in(core, bus).await;
         }
     }
@@ -67,9 +72,7 @@ pub(crate) async fn stop<U: BusPort>(bus: &Bus<U>) {
 
 /// Does what the master wants, and estimates from what it has read.
 async fn take_in<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) {
-    while let Some(change) = change(bus).await {
-        core.change(change);
-    }
+    drop(do_changes(core, bus).await);
     for finger in 0..core.hand.units.len() {
         if let Some(sight) = sight(core, bus, finger).await
             && core.listen_to(finger, &sight)
@@ -79,9 +82,15 @@ async fn take_in<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) {
     }
 }
 
-/// What the master has changed, one thing at a time.
-async fn change<U: BusPort>(bus: &Bus<U>) -> Option<Change> {
-    bus.ears().await.as_mut()?.voice.as_mut()?.table.take()
+/// Does what the master has changed, one thing at a time: an answer does not wait for it. Nothing is left to do while the ears are held that
+/// this returns.
+async fn do_changes<'b, B: Board>(core: &mut Core<'_, B>, bus: &'b Bus<B::Bus>) -> HeldEars<'b> {
+    loop {
+        let mut ears = bus.ears().await;
+        let Some(change) = ears.as_mut().and_then(Ears::take_change) else { return ears };
+        drop(ears);
+        core.change(change);
+    }
 }
 
 /// What is known of a finger's servo.
@@ -112,6 +121,7 @@ impl<B: Board> Core<'_, B> {
         let Some(voice) = &mut ears.voice else {
             return;
         };
+        voice.settle(&self.hand.settings);
         let objects = self.hand.shared.setup(|setup| setup.objects);
         for (finger, (mount, object)) in self.hand.settings.fingers.iter().zip(&objects).enumerate() {
             if let Some(mount) = mount {
@@ -200,7 +210,10 @@ impl<B: Board> Core<'_, B> {
             Change::Finger(finger, FingerSettings { servo_id, reversed, gear_ratio, zero }) => {
                 let direction = if reversed { Direction::Reversed } else { Direction::Same };
                 if let Some(Some(mount)) = settings.fingers.get_mut(finger) {
-                    *mount = messages::Mount { servo_id, direction, gear_ratio, zero, ..*mount };
+                    // A zero that was set is of no calibration any more.
+                    let is_calibrated = zero == mount.zero && direction == mount.direction;
+                    let calibration = if is_calibrated { mount.calibration } else { 0 };
+                    *mount = messages::Mount { servo_id, direction, gear_ratio, zero, calibration, ..*mount };
                 }
                 (Command::Settings(settings), Key::Settings)
             }

@@ -143,24 +143,35 @@ impl Margins {
         false
     }
 
+    /// One step of a round under way, if it ends within what is left of the period: for a gripper that waits for another master. Whether it took
+    /// one.
+    pub(crate) fn search<B: Board>(&mut self, scheduler: &Scheduler) -> bool {
+        let mut now = B::cost_ticks();
+        self.step(scheduler.left::<B>(), B::COST_HZ / FIRST, &mut now, B::cost_ticks)
+    }
+
     /// As many steps as end within so many ticks of a clock; the first of all steps takes `first` at most.
     fn steps(&mut self, allowed: u64, first: u32, clock: impl Fn() -> u32) {
-        let Some(survey) = self.survey.first_mut() else { return };
         let begin = clock();
         let mut now = begin;
-        while !survey.is_idle() {
-            let next = if self.step == 0 { first } else { self.step };
-            if u64::from(now.wrapping_sub(begin)) + u64::from(next) > allowed {
-                break;
-            }
-            if let Some(bears) = survey.step() {
-                self.bears = Some((bears, self.begun));
-            }
-            let after = clock();
-            // One that was interrupted is forgotten after a while.
-            self.step = (self.step - self.step / 64).max(after.wrapping_sub(now));
-            now = after;
+        while self.step(allowed.saturating_sub(u64::from(now.wrapping_sub(begin))), first, &mut now, &clock) {}
+    }
+
+    /// One step, if there is one and it ends within so many ticks of a clock. `now` is the clock's last reading.
+    fn step(&mut self, allowed: u64, first: u32, now: &mut u32, clock: impl Fn() -> u32) -> bool {
+        let Some(survey) = self.survey.first_mut().filter(|survey| !survey.is_idle()) else { return false };
+        let next = if self.step == 0 { first } else { self.step };
+        if u64::from(next) > allowed {
+            return false;
         }
+        if let Some(bears) = survey.step() {
+            self.bears = Some((bears, self.begun));
+        }
+        let after = clock();
+        // One that was interrupted is forgotten after a while.
+        self.step = (self.step - self.step / 64).max(after.wrapping_sub(*now));
+        *now = after;
+        true
     }
 
     /// Gives the fingers the force that follows from what they bear.

@@ -257,6 +257,12 @@ impl<'a> Unit<'a> {
         f64::from(1e-6 * reading.at_us.saturating_sub(before) as f32)
     }
 
+    /// The last estimate can be trusted, and is that of the last position heard.
+    pub(crate) fn is_sound(&self) -> bool {
+        let estimate = &self.last.estimate;
+        estimate.status.is_trustworthy() && estimate.age == self.repeats
+    }
+
     /// Neither the motor nor the force has changed in the last estimate.
     pub(crate) fn has_rested(&self) -> bool {
         self.model.has_rested() && !self.model.fades()

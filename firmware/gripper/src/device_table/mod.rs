@@ -14,12 +14,15 @@ pub use registers::{
 };
 
 use dynamixel::{ControlTable, Id, Item, Register, StatusError, StatusReturn, Value, check_read, writes, xm430};
-use messages::GripMargin;
+use messages::{GripMargin, Role, Settings};
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
 use crate::return_delay;
+
+/// Age up to which a position counts though no newer one was heard, µs.
+pub(crate) const YOUNG_US: u64 = 100_000;
 
 /// What the table shows of a finger at one tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +61,15 @@ pub struct BusSettings {
     pub baud_rate: u32,
     /// 2 µs.
     pub return_delay: u8,
+}
+
+impl BusSettings {
+    /// Those of a gripper in role `device`; nothing in any other.
+    pub fn of(settings: &Settings) -> Option<Self> {
+        let Role::Device { id, return_delay } = settings.role else { return None };
+        let id = Id::new(id).unwrap_or(Id::MAX);
+        Some(Self { id, baud_rate: settings.baud_heard(), return_delay })
+    }
 }
 
 /// What the bus's master has changed. It holds in the table already; the gripper has to follow.
@@ -107,12 +119,17 @@ impl DeviceTable {
                 place.iter_mut().zip(item.default.to_le_bytes()).for_each(|(to, byte)| *to = byte);
             }
         }
-        table.put(ID, bus.id.get());
-        table.put(BAUD_RATE, xm430::baud_code(bus.baud_rate).unwrap_or(BAUD_RATE.item.default as u8));
-        table.put(RETURN_DELAY_TIME, bus.return_delay);
         table.put(FIRMWARE_VERSION, firmware);
-        table.put(FINGERS, fingers.min(BLOCKS) as u8);
+        table.set_bus(bus, fingers);
         table
+    }
+
+    /// Shows how the gripper takes part in the bus, and with how many fingers.
+    pub fn set_bus(&mut self, bus: &BusSettings, fingers: usize) {
+        self.put(ID, bus.id.get());
+        self.put(BAUD_RATE, xm430::baud_code(bus.baud_rate).unwrap_or(BAUD_RATE.item.default as u8));
+        self.put(RETURN_DELAY_TIME, bus.return_delay);
+        self.put(FINGERS, fingers.min(BLOCKS) as u8);
     }
 
     /// Shows what a finger feels. To be called once per tick and finger, and [`Self::show_age`] before each answer.
@@ -141,10 +158,16 @@ impl DeviceTable {
         self.put(HARDWARE_ERROR_STATUS, if *alert { errors | bit } else { errors & !bit });
     }
 
-    /// Shows how long ago a finger's position was heard, µs; none where none was.
+    /// Shows how long ago a finger's position was heard, µs; none where none was. Numbers of one that is no longer young are old at once, not
+    /// only when the period ends.
     pub fn show_age(&mut self, finger: usize, age_us: Option<u32>) {
-        if let Some(block) = FINGER.get(finger) {
-            self.put(block.age, age_us.unwrap_or(u32::MAX));
+        let Some(block) = FINGER.get(finger) else {
+            return;
+        };
+        self.put(block.age, age_us.unwrap_or(u32::MAX));
+        if age_us.is_some_and(|age_us| u64::from(age_us) > YOUNG_US) {
+            self.put(block.status, code(Status::Stale));
+            self.put(block.trustworthy, 0);
         }
     }
 

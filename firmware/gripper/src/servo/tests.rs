@@ -147,9 +147,8 @@ fn tick(servos: &mut Servos<Wire>) -> ([Option<i32>; 2], u8) {
 
 /// A tick with these goals.
 fn tick_to(servos: &mut Servos<Wire>, goals: [i32; 2]) -> ([Option<i32>; 2], u8) {
-    let mut turns = [0, 1].map(|finger| {
-        Turn { goal: Some(goals[finger]), ..Turn::new(finger, Id::new(finger as u8 + 1).unwrap()) }
-    });
+    let mut turns = [0, 1]
+        .map(|finger| Turn { goal: Some(goals[finger]), ..Turn::new(finger, Id::new(finger as u8 + 1).unwrap()) });
     servos.master.port_mut().asked.clear();
     wait_for(servos.tick(&mut turns));
     let asked = servos.master.port_mut().asked[0];

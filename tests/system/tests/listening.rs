@@ -1,0 +1,187 @@
+//! Another master leads: what a gripper that listens answers it.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use dynamixel::{Id, Instruction, Register, Value, xm430};
+use fre_gripper::servo::Config;
+use gripper::device_table::{FINGERS, FIRST_BLOCK, FingerBlock, ID, MARGIN, MARGIN_KNOWN, STATUS_RETURN_LEVEL};
+use messages::{For, GetSettings, Mount, Object, Role, SetFinger, SetObject, SetSettings, Settings, Side};
+use model_core::status::Status;
+use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo};
+
+const SECOND: u64 = 1_000_000;
+const TICK: u64 = 2_000;
+const GRIPPER: u8 = 100;
+/// Where the servos hold a firm grip, counts.
+const GRIPPED: i32 = 2048 + 80;
+
+/// A gripper in the role of a device, with two servos, and what it says on the bus.
+struct Listener {
+    bench: Bench,
+    said: Rc<RefCell<Vec<u8>>>,
+    id: u8,
+}
+
+impl Listener {
+    fn new(fingers: usize) -> Self {
+        let servo = |id| Config { id, ..geared_servo() };
+        let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+        let said = Rc::new(RefCell::new(Vec::new()));
+        let heard = said.clone();
+        bench.meddling = Box::new(move |from_gripper, bytes| {
+            if from_gripper {
+                heard.borrow_mut().extend_from_slice(&bytes);
+            }
+            bytes
+        });
+        let mut listener = Self { bench, said, id: GRIPPER };
+        listener.set(&settings(fingers));
+        for finger_number in 0..fingers as u8 {
+            let object = Object { design: OBJECT, friction: 0.6 };
+            listener.bench.ask::<SetFinger>(&For { finger: finger_number, what: finger() }).unwrap();
+            listener.bench.ask::<SetObject>(&For { finger: finger_number, what: object }).unwrap();
+        }
+        listener
+    }
+
+    fn set(&mut self, settings: &Settings) {
+        self.bench.ask::<SetSettings>(settings).unwrap();
+        self.bench.run(2 * TICK);
+    }
+
+    /// What the master says, and what the gripper answers: error and data, if anything.
+    fn say(&mut self, to: u8, instruction: Instruction, parameters: &[u8]) -> Option<(u8, Vec<u8>)> {
+        let mut buffer = [0; 64];
+        let packet = dynamixel::encode(&mut buffer, Id::new(to).unwrap(), instruction, parameters).unwrap();
+        self.said.borrow_mut().clear();
+        self.bench.interject(packet);
+        self.bench.run(TICK / 2);
+        let said = self.said.borrow();
+        // Header, address, length, instruction, error, data, check.
+        (said.len() >= 11).then(|| (said[8], said[9..said.len() - 2].to_vec()))
+    }
+
+    fn read<T: Value>(&mut self, register: Register<T>) -> Result<Vec<u8>, u8> {
+        let [a, b] = register.address().to_le_bytes();
+        let [c, d] = u16::from(T::LENGTH).to_le_bytes();
+        match self.say(self.id, Instruction::Read, &[a, b, c, d]).expect("an answer") {
+            (0, data) => Ok(data),
+            (error, _) => Err(error),
+        }
+    }
+
+    fn write<T: Value>(&mut self, register: Register<T>, value: T) -> Option<u8> {
+        let [a, b] = register.address().to_le_bytes();
+        let bytes = value.to_bytes();
+        let parameters = [&[a, b][..], &bytes[..usize::from(T::LENGTH)]].concat();
+        self.say(self.id, Instruction::Write, &parameters).map(|(error, _)| error)
+    }
+
+    /// The master reads both servos' positions.
+    fn look(&mut self) {
+        for id in [1, 2] {
+            self.say(id, Instruction::Read, &[132, 0, 4, 0]);
+        }
+    }
+}
+
+fn settings(fingers: usize) -> Settings {
+    let role = Role::Device { id: GRIPPER, return_delay: 0 };
+    let mut settings = Settings { role, baud: Some(1_000_000), shape_every: 0, ..Settings::of(GEARED_MOUNT) };
+    let other = Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT };
+    settings.fingers[1] = Some(other).filter(|_| fingers > 1);
+    settings
+}
+
+/// The margin is found beside a master that reads more seldom than the gripper ticks.
+#[test]
+fn what_the_grip_bears_is_told_to_another_master() {
+    let mut listener = Listener::new(2);
+    for id in 0..2 {
+        let servo = listener.bench.servo_of(id);
+        servo.write(xm430::TORQUE_ENABLE, 1);
+        servo.write(xm430::GOAL_POSITION, GRIPPED);
+    }
+    assert_eq!(listener.read(MARGIN_KNOWN), Ok(vec![0]));
+    for _ in 0..500 {
+        listener.look();
+        listener.bench.run(3 * TICK);
+    }
+    assert_eq!(listener.read(MARGIN_KNOWN), Ok(vec![1]));
+    let margin = listener.read(MARGIN).unwrap();
+    let margin = u32::from_le_bytes(margin.try_into().unwrap());
+    assert!((100..20_000).contains(&margin), "{margin} mN");
+}
+
+/// What is set through the link shows in the control table, and one finger more has registers.
+#[test]
+fn a_finger_that_is_added_has_registers() {
+    let mut listener = Listener::new(1);
+    let second = FingerBlock::of(1).status;
+    assert!(second.address() > FIRST_BLOCK);
+    assert_eq!((listener.read(FINGERS), listener.read(second)), (Ok(vec![1]), Err(7)));
+    // Its servo's address is free until then.
+    assert_eq!((listener.write(ID, 2), listener.write(STATUS_RETURN_LEVEL, 2)), (Some(0), None));
+    listener.id = 2;
+    assert_eq!(listener.write(ID, GRIPPER), Some(0));
+    listener.id = GRIPPER;
+    listener.set(&settings(2));
+    assert_eq!(listener.read(FINGERS), Ok(vec![2]));
+    assert!(listener.read(second).is_ok());
+    assert_eq!(listener.write(ID, 2), Some(6), "the second finger's servo has that address");
+    listener.set(&settings(1));
+    assert_eq!((listener.read(FINGERS), listener.read(second)), (Ok(vec![1]), Err(7)));
+}
+
+/// A new address or rate leaves the rest of the table as it is.
+#[test]
+fn a_new_address_changes_nothing_else() {
+    let mut listener = Listener::new(1);
+    assert_eq!(listener.write(STATUS_RETURN_LEVEL, 1), Some(0));
+    assert_eq!(listener.write(ID, GRIPPER + 1), None, "no answer to a write from then on");
+    listener.id = GRIPPER + 1;
+    listener.bench.run(SECOND / 10);
+    assert_eq!(listener.read(STATUS_RETURN_LEVEL), Ok(vec![1]));
+    assert_eq!((listener.write(STATUS_RETURN_LEVEL, 2), listener.write(STATUS_RETURN_LEVEL, 2)), (None, Some(0)));
+    assert_eq!(listener.bench.ask::<GetSettings>(&()).role, Role::Device { id: GRIPPER + 1, return_delay: 0 });
+}
+
+/// A zero that the master sets is of no calibration: the same one may be sent again.
+#[test]
+fn a_zero_from_the_bus_is_of_no_calibration() {
+    let mut listener = Listener::new(1);
+    let mut calibrated = settings(1);
+    calibrated.fingers[0] = Some(Mount { calibration: 77, ..GEARED_MOUNT });
+    listener.set(&calibrated);
+    let kept = |listener: &mut Listener| listener.bench.ask::<GetSettings>(&()).fingers[0].unwrap();
+    let block = FingerBlock::of(0);
+    assert_eq!(listener.write(block.gear_ratio, 1_000), Some(0));
+    listener.bench.run(2 * TICK);
+    assert_eq!(kept(&mut listener).calibration, 77);
+    assert_eq!(listener.write(block.zero, 205_000), Some(0));
+    listener.bench.run(2 * TICK);
+    assert_eq!((kept(&mut listener).calibration, kept(&mut listener).zero), (0, 2050.0));
+}
+
+/// A slow gripper calls numbers old when they are, not when its period ends.
+#[test]
+fn old_numbers_are_stale_within_a_slow_period() {
+    let mut listener = Listener::new(1);
+    listener.set(&Settings { rate_hz: 1, ..settings(1) });
+    listener.bench.run(SECOND);
+    let block = FingerBlock::of(0);
+    let stale = vec![9];
+    for _ in 0..3 {
+        // Asked until a period with its estimate has been shown: one that begins waits for a sixteenth of itself.
+        let is_shown = (0..100).any(|_| {
+            listener.say(1, Instruction::Read, &[132, 0, 4, 0]);
+            listener.bench.run(SECOND / 50);
+            listener.read(block.trustworthy) == Ok(vec![1])
+        });
+        assert!(is_shown, "{:?}", listener.bench.reports.last());
+        listener.bench.run(SECOND / 10);
+        assert_eq!((listener.read(block.trustworthy), listener.read(block.status)), (Ok(vec![0]), Ok(stale.clone())));
+    }
+    assert!(listener.bench.reports.iter().any(|(report, _)| report.estimate.status == Status::NoContact));
+}
