@@ -104,6 +104,22 @@ fn what_cannot_be_trusted_is_named_and_not_compared() {
     assert_eq!(strokes_of_crosses(&bars), 2 * 3 * 3);
 }
 
+/// docs/accuracy.md has the summary's figures.
+#[test]
+fn the_summary_is_the_one_that_the_documentation_quotes() {
+    let text = table1::markdown(&table1::solve().unwrap());
+    let summary = text.split("## Summary").nth(1).and_then(|rest| rest.split("\n## ").next()).unwrap();
+    let quoted = include_str!("../../../docs/accuracy.md");
+    let rows: Vec<_> = summary.lines().filter(|line| line.contains(" of 20 ")).collect();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        let cells: Vec<&str> = row.split('|').map(str::trim).collect();
+        let [_, pair, compared, mean, max, mean_force, max_force, ..] = cells[..] else { panic!("{row}") };
+        let quote = format!("| {pair} | {compared} | {mean}, {max} | {mean_force}, {max_force} |");
+        assert!(quoted.contains(&quote), "{quote}");
+    }
+}
+
 /// That these are the page's words.
 #[track_caller]
 fn assert_page(text: &str) {

@@ -7,7 +7,7 @@ use fre::study::json::{Row, json};
 use fre::study::place::{At, Place};
 use fre::study::run::{Run, Unsolved, solve, solve_watched};
 use fre::study::warnings::Warning;
-use fre::study::{csv, text};
+use fre::study::{course, csv, text};
 
 const CASE: &str = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
                     motion.motor_angles_deg = [0, 4, 8]\n";
@@ -34,6 +34,20 @@ fn a_watcher_sees_every_place_and_may_stop() {
         _ => ControlFlow::Continue(()),
     });
     assert_eq!(stopped, Err(Unsolved::Stopped("enough")));
+}
+
+/// The work of a loop is what friction dissipates, however few places there are and wherever the first one is.
+#[test]
+fn the_work_that_does_not_come_back_is_dissipated() {
+    let text = CASE.replace("radius_mm", "friction = 0.6, radius_mm");
+    for angles in ["0, 2, 4, 6, 8, 6, 4, 2, 0", "4, 8, 4, 0", "8, 0"] {
+        let case = case(&text.replace("0, 4, 8", angles));
+        let run = solve(&case, &Default::default()).unwrap();
+        let [done, returned] = course::work(&case, &run).unwrap();
+        let dissipated = run.places.last().unwrap().state.as_ref().unwrap().friction.unwrap().dissipated_nmm;
+        assert!((done - returned - dissipated).abs() < 1e-3 * dissipated, "{angles}: {done} {returned} {dissipated}");
+        assert!(done > 25.0 && dissipated > 3.0, "{angles}: {done} {dissipated}");
+    }
 }
 
 #[test]

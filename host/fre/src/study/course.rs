@@ -1,6 +1,7 @@
 //! Charts of a motion in time, and of a motion that comes back: force over time, and the loops of force and torque.
 
 use model_core::object::Motion;
+use model_core::status::Status;
 
 use crate::case::Case;
 use crate::draw::{Chart, Mark, Panel, Series, Style, significant};
@@ -121,15 +122,31 @@ fn way(before: &Place, after: &Place) -> usize {
     }
 }
 
-/// Work that the motor does while it closes and gets back while it opens, N·mm, torque even between places; `None` with a place that
-/// has no state.
+/// Work that the motor does while it closes and gets back while it opens, N·mm, from the open hand on; `None` with a place that has no state.
+///
+/// Between two places it is what the finger stores and friction dissipates, however far apart they are. Over a snap-through, and of a material with
+/// memory, whose energy is not known, it is the torque's, even between the places; what is done before the first place is then left out.
 pub fn work(case: &Case, run: &Run) -> Option<[f64; 2]> {
     let (mut done, mut returned) = (0.0, 0.0);
+    if let Some(first) = run.places.first().filter(|place| place.status != Status::Snapped) {
+        done += spent(first).unwrap_or(0.0);
+    }
     for pair in run.places.windows(2) {
         let [before, after] = pair else { continue };
         let mean = 0.5 * (before.state.as_ref()?.motor_torque_nmm + after.state.as_ref()?.motor_torque_nmm);
         let way = case.path.coordinate(after.at.value()) - case.path.coordinate(before.at.value());
-        if way > 0.0 { done += mean * way } else { returned -= mean * way }
+        let is_followed = after.status != Status::Snapped && before.branch == after.branch;
+        let work = match spent(before).zip(spent(after)) {
+            Some((before, after)) if is_followed => after - before,
+            _ => mean * way,
+        };
+        if way > 0.0 { done += work } else { returned -= work }
     }
     Some([done, returned])
+}
+
+/// What has been stored and dissipated since the hand was open, N·mm; `None` where it is not known.
+fn spent(place: &Place) -> Option<f64> {
+    let state = place.state.as_ref()?;
+    Some(state.energy_nmm? + state.friction.as_ref().map_or(0.0, |friction| friction.dissipated_nmm))
 }
