@@ -101,8 +101,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// Derivative with respect to a dimension of the finger, per mm, at the last accepted equilibrium; `design` and `how`
     /// are those that the follower was configured with. Within 1e-5 in `f64`, 1e-3 in `f32`.
     ///
-    /// `None` if there is no equilibrium, no room (see [`Self::sensitivity`]), or no finger with the dimension a little greater
-    /// or less; zero without contact.
+    /// `None` if there is no equilibrium, friction or memory, no room (see [`Self::sensitivity`]), or no finger with the dimension a
+    /// little greater or less; zero without contact.
     pub fn design_sensitivity(
         &mut self,
         probe: &mut Probe<T, S>,
@@ -112,9 +112,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     ) -> Option<Derivative<T>> {
         if self.has_equilibrium() && !parameter.applies(design) {
             return Some(Derivative::ZERO);
-        }
-        if self.rubs() || self.remembers() {
-            return None;
         }
         // Truncation against rounding, of a central difference.
         let step = libm::cbrt(T::EPSILON.to_f64()) * parameter.size(design);
@@ -134,8 +131,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// The central difference is one of residuals and no equilibrium is sought anew: with a step of 6e-6 of the parameter's size within
     /// 1e-5 in `f64`.
     ///
-    /// `None` if there is no equilibrium, no room (see [`Self::sensitivity`]), or no model of the same size for one of the designs; zero
-    /// without contact.
+    /// `None` if there is no equilibrium, friction or memory, no room (see [`Self::sensitivity`]), or no model of the same size for one of
+    /// the designs; zero without contact.
     pub fn design_derivative(
         &mut self,
         probe: &mut Probe<T, S>,
@@ -143,7 +140,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         how: &Discretisation,
         step: f64,
     ) -> Option<Derivative<T>> {
-        if !self.has_equilibrium() {
+        if !self.has_equilibrium() || self.rubs() || self.remembers() {
             return None;
         }
         if self.solution().touching() == 0 {
