@@ -203,6 +203,8 @@ impl<T: Real, S: Size> Timeline<T, S> {
         if !self.is_marked {
             self.previous.copy(&self.present, model);
             (self.predicts, self.search, self.waits) = (false, search, spent);
+            // It is no instant of the motion, not even where the accepted coordinate comes again.
+            self.before = self.at;
             self.reject(model);
         }
         !self.is_marked
@@ -234,5 +236,35 @@ impl<T: Real, S: Size> Timeline<T, S> {
 
     pub(super) fn unmark(&mut self) {
         self.is_marked = false;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+
+    use super::*;
+    use crate::size::Paper;
+
+    /// Where the motor comes back from a search that was put aside, nothing is predicted from what that had found.
+    #[test]
+    fn what_was_put_aside_is_no_instant_of_the_motion() {
+        let (model, mut timeline) = (Box::new(Model::EMPTY), Box::new(Timeline::<f64, Paper>::EMPTY));
+        timeline.stand(1.0);
+        timeline.present.touching_count = 1;
+        for at in [1.0, 2.0, 3.0] {
+            timeline.accept(at, &model);
+        }
+        assert_eq!(timeline.ahead(4.0), Some(1.0));
+        for takes_up in [false, true] {
+            let back = Search::Step { forward: false };
+            assert!(timeline.put_aside(back, 2, &model));
+            assert_eq!(timeline.ahead(4.0), None);
+            assert!(!takes_up || timeline.take_up(back, &model) == 2);
+            timeline.accept(3.0, &model);
+            assert_eq!(timeline.ahead(4.0), None);
+        }
+        timeline.accept(3.5, &model);
+        assert_eq!(timeline.ahead(4.0), Some(1.0));
     }
 }
