@@ -2,6 +2,8 @@
 
 use super::passing::Barred;
 use super::{FOLLOW_ITERATIONS, Follower, Outcome, Phase};
+use crate::newton::Workspace;
+use crate::newton::slip::Rubbed;
 use crate::object::{Motion, Object};
 use crate::real::{Real, vec2};
 use crate::size::Size;
@@ -17,6 +19,7 @@ pub(crate) struct Mark<T, O> {
     snapped: bool,
     drift: T,
     barred: Barred<T>,
+    rubbed: Rubbed<T>,
 }
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
@@ -60,6 +63,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             snapped: self.snapped,
             drift: self.drift,
             barred: self.barred,
+            rubbed: self.work.history.slip.mark(),
         }
     }
 
@@ -75,7 +79,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.phase = Phase::Following;
         self.begin_path(mark.at);
         self.show_accepted();
-        self.remember();
+        let Workspace { kinematics, history, .. } = &mut self.work;
+        history.slip.go_back(&mark.rubbed, &self.model, &self.timeline.present, kinematics);
     }
 
     pub(crate) fn unmark(&mut self) {

@@ -8,6 +8,7 @@ use crate::design::{Design, LamellaKind, RibEnds, Ribs, ladder_80};
 use crate::discretise::{Discretisation, Elements, Physics, Sampling, Scheme, Softness};
 use crate::object::{Motion, ObjectDesign};
 use crate::real::Real;
+use crate::sensitivity::{DesignParameter, Probe};
 use crate::size::Size;
 
 crate::fixed_size!(
@@ -304,6 +305,33 @@ fn derivatives_agree_with_sudden_differences() {
         let difference = (above[i] - below[i]) / (2.0 * step.to_radians());
         assert!((derivative[i] - difference).abs() < 1e-3 * difference.abs(), "{derivative:?} {difference}");
     }
+}
+
+/// With friction or memory there are no derivatives with respect to the design, whichever way they are asked for.
+#[test]
+fn designs_derivatives_are_refused() {
+    let (design, how) = (ladder_80(), how(Scheme::Simpson, Softness::Local));
+    let mut probe: Box<Probe<f64, Four>> = Box::new(Probe::EMPTY);
+    for (terms, friction, is_given) in [(&[][..], 0.0, true), (&[], 0.6, false), (&TERMS, 0.0, false)] {
+        let mut follower = start::<f64>(&how, terms, friction);
+        to(&mut follower, 6.0, 1.0);
+        let line = follower.design_derivative(&mut probe, [&design, &design], &how, 1e-5);
+        let named = follower.design_sensitivity(&mut probe, &design, &how, DesignParameter::FrontThickness);
+        assert_eq!((line.is_some(), named.is_some()), (is_given, is_given), "{} terms, m = {friction}", terms.len());
+    }
+}
+
+/// A finger that has relaxed and is then made elastic is one that never had a memory.
+#[test]
+fn memory_that_is_taken_away_leaves_an_elastic_finger() {
+    let mut follower = start::<f64>(&how(Scheme::Simpson, Softness::Local), &TERMS, 0.0);
+    to(&mut follower, 6.0, 30.0);
+    follower.set_prony(&[]).expect("no terms");
+    assert!(follower.start(0.0));
+    to(&mut follower, 6.0, 0.0);
+    let mut elastic = start::<f64>(&how(Scheme::Simpson, Softness::Local), &[], 0.0);
+    to(&mut elastic, 6.0, 0.0);
+    assert!((size(&follower) / size(&elastic) - 1.0).abs() < 1e-9, "{} {}", size(&follower), size(&elastic));
 }
 
 /// A warmer finger is softer in all that it does, and what it cannot take is refused by name.

@@ -40,6 +40,8 @@ mod slip_capstan;
 #[cfg(test)]
 mod slip_elastica;
 #[cfg(test)]
+mod slip_history;
+#[cfg(test)]
 mod slip_stability;
 mod spin;
 mod target;
@@ -65,8 +67,8 @@ use crate::newton::history::Way;
 pub use crate::newton::memory::{MOST_TERMS as PRONY_TERMS, PARTS as PRONY_PARTS, TIMES as PRONY_TIMES};
 use crate::newton::residual::Largest;
 use crate::newton::{Hessian, Workspace};
-use crate::object::{Motion, Object, Shape};
-use crate::real::Real;
+use crate::object::{Displacement, Motion, Object, Shape};
+use crate::real::{Real, Vec2, vec2};
 use crate::size::Size;
 use crate::state::State;
 use crate::status::Status;
@@ -291,8 +293,9 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.pause = T::of(LONGEST_PAUSE);
         if self.remembers() {
             self.work.history.memory.begin();
-            self.stiffen();
         }
+        // The last step's unit may be one of a relaxed material, which this one need not be.
+        self.stiffen();
         self.work.kinematics.place_all(&self.model, &self.work.history.memory, &self.timeline.present, &[]);
         self.work.history.begin(&self.model, &self.timeline.present, &self.work.kinematics);
     }
@@ -342,11 +345,12 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     fn aim_past(&mut self, coordinate: T, moved: &Moved<T>) {
         if self.work.history.is_kept() {
             let way = coordinate - self.timeline.at();
-            let turned = match self.motion {
-                Motion::Rotating { .. } => way,
-                Motion::Translating { .. } => T::ZERO,
-            };
             let by = self.motion.world_to_finger(way);
+            let (by, turned) = match self.motion {
+                // What adds up from step to step must not be a difference of places.
+                Motion::Rotating { axis } => (Displacement { translation: Vec2::zeros(), ..by }.about(vec2(axis)), way),
+                Motion::Translating { .. } => (by, T::ZERO),
+            };
             let here = self.motion.world_to_finger(self.timeline.at());
             let (by, turned) = moved.before(&here, &by, turned);
             let way = Way { by, turned, seconds: self.timeline.taken() };
@@ -405,10 +409,10 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         Ok(())
     }
 
-    /// The workspace shows the accepted state: what is remembered goes on from there.
+    /// The present state, which the workspace shows, is about to be accepted: what is remembered goes on from there.
     fn remember(&mut self) {
         let Workspace { kinematics, contacts, history, .. } = &mut self.work;
-        history.accept(&self.model, &self.timeline.present, kinematics, contacts);
+        history.accept(&self.model, &self.timeline.present, &self.timeline.accepted, kinematics, contacts);
     }
 
     /// Puts a dead load (finger frame, N) on the front beam where lamella `lamella` is joined (from 0; any larger number

@@ -33,11 +33,11 @@ impl<T: Real> Moved<T> {
         }
         let [[x, y], [u, v]] = [self.about, self.shift];
         let from = here.point(Vec2::new(x, y));
-        let to = from + here.vector(Vec2::new(u, v));
+        let step = here.vector(Vec2::new(u, v));
         let (sin, cos) = self.turn.sin_cos();
         let rotation = Vec2::new(by.rotation.x * cos - by.rotation.y * sin, by.rotation.y * cos + by.rotation.x * sin);
-        let whole = Displacement { rotation, translation: Vec2::new(T::ZERO, T::ZERO) };
-        (Displacement { rotation, translation: by.point(to) - whole.point(from) }, turned + self.turn)
+        let moved = Displacement { rotation, translation: step + by.moves(from + step) };
+        (moved.about(from), turned + self.turn)
     }
 }
 

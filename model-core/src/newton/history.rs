@@ -61,16 +61,17 @@ impl<T: Real, S: Size> History<T, S> {
         }
     }
 
-    /// A state is accepted, which kinematics and contacts show.
+    /// A state is accepted, which kinematics and contacts show, after `before`.
     pub fn accept(
         &mut self,
         model: &Model<T, S>,
         state: &State<T, S>,
+        before: &State<T, S>,
         kinematics: &Kinematics<T, S>,
         contacts: &Contacts<T, S>,
     ) {
         if self.slip.rubs() {
-            self.slip.accept(model, state, kinematics, contacts.rows());
+            self.slip.accept(model, state, before, kinematics, contacts.rows());
         }
         if self.memory.is_kept() {
             self.memory.accept(model, state, kinematics.nodes.as_ref(), kinematics.members.as_ref(), contacts.rows());

@@ -225,19 +225,9 @@ impl<T: Real, S: Size> Kinematics<T, S> {
     /// Position of a sample, finger frame, mm.
     pub fn position(&self, model: &Model<T, S>, sample: &Sample<T>) -> Vec2<T> {
         let cell = usize::from(sample.cell);
-        let (nodes, weight) = (self.nodes.as_ref(), model.weight.as_ref());
-        let (first, node) = (model.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
-        let mut position = vec2_of(self.start.as_ref().at(cell));
-        for (on, &weight) in nodes.run(first..node).iter().zip(weight.run(first..node)) {
-            position += vec2_of(on.strained) * weight;
-        }
-        for (k, &w) in sample.weights.iter().enumerate() {
-            if w != T::ZERO {
-                position += vec2_of(nodes.at(node + k).strained) * w;
-            }
-        }
         let rigid_end = self.members.as_ref().get(cell).map_or([T::ZERO; 2], |front| front.rigid_end);
-        position + vec2_of(rigid_end) * sample.rigid
+        let ends = [self.start.as_ref().at(cell), rigid_end];
+        position(model, sample, ends, self.nodes.as_ref(), |node| node.strained)
     }
 
     /// Position of the front tip (deformed), finger frame, mm.
@@ -271,4 +261,28 @@ impl<T: Real, S: Size> Kinematics<T, S> {
         }
         T::of(0.5) * twice
     }
+}
+
+/// Position of a sample from its span's start and rigid end and the strained directions of all nodes, finger frame, mm: the same bits from the
+/// same pose, whoever keeps it.
+#[inline(always)]
+pub(crate) fn position<T: Real, S: Size, X: Blank>(
+    model: &Model<T, S>,
+    sample: &Sample<T>,
+    [start, rigid_end]: [[T; 2]; 2],
+    nodes: &[X],
+    strained: impl Fn(&X) -> [T; 2],
+) -> Vec2<T> {
+    let cell = usize::from(sample.cell);
+    let (first, node) = (model.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
+    let mut position = vec2_of(start);
+    for (on, &weight) in nodes.run(first..node).iter().zip(model.weight.as_ref().run(first..node)) {
+        position += vec2_of(strained(on)) * weight;
+    }
+    for (k, &w) in sample.weights.iter().enumerate() {
+        if w != T::ZERO {
+            position += vec2_of(strained(&nodes.at(node + k))) * w;
+        }
+    }
+    position + vec2_of(rigid_end) * sample.rigid
 }

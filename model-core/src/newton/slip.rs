@@ -10,14 +10,14 @@
 //! beam is pulled by τ t and turned by ½h τ.
 
 use super::gaps::Contacts;
-use super::kinematics::Kinematics;
+use super::kinematics::{Kinematics, position};
 use crate::access::Access;
 use crate::contact::coulomb::Law;
 use crate::contact::{ContactState, Direction, Row, Sample, own_rows};
 use crate::model::{Model, vec2_of};
 use crate::object::Displacement;
 use crate::real::{Real, Vec2};
-use crate::size::{Size, Storage};
+use crate::size::{Blank, Size, Storage};
 use crate::state::State;
 use crate::topology::Kind;
 
@@ -38,12 +38,18 @@ pub(crate) struct Slip<T: Real, S: Size> {
     touching: S::SlipContacts<u16>,
     tangential: S::SlipContacts<T>,
     count: u16,
-    /// The object's motion since, in the finger's frame: cosine and sine of its turn, shift, and the turn itself, rad.
+    /// The object's motion since, in the finger's frame: 1 − cosine and sine of its turn, shift, and the turn itself, rad.
     rotation: [T; 2],
     shift: [T; 2],
     turned: T,
     /// Energy that friction has dissipated since the hand was open.
     pub dissipated: T,
+}
+
+/// What [`Slip::mark`] leaves with its caller.
+pub(crate) struct Rubbed<T> {
+    count: u16,
+    dissipated: T,
 }
 
 impl<T: Real, S: Size> Slip<T, S> {
@@ -105,7 +111,7 @@ impl<T: Real, S: Size> Slip<T, S> {
 
     /// The object has moved in the finger's frame since the last accepted state: a displacement in mm that turns it by an angle, rad.
     pub(crate) fn aim(&mut self, by: &Displacement<T>, turned: T, length: T) {
-        self.rotation = [by.rotation.x, by.rotation.y];
+        self.rotation = [by.back(), by.rotation.y];
         self.shift = [by.translation.x / length, by.translation.y / length];
         self.turned = turned;
     }
@@ -116,23 +122,15 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.dissipated *= part;
     }
 
-    /// Where a sample of the accepted state would be, had it stuck to the object.
-    fn anchor(&self, model: &Model<T, S>, sample: &Sample<T>) -> Vec2<T> {
+    /// By how much a sample at a position has left where it would be, had it stuck to the object since the accepted state. Of the object's
+    /// motion only what it moves by is subtracted: places would leave their rounding in every step.
+    fn left(&self, model: &Model<T, S>, sample: &Sample<T>, now: Vec2<T>) -> Vec2<T> {
         let cell = usize::from(sample.cell);
-        let (first, node) = (model.member(cell).map_or(0, |front| usize::from(front.first)), usize::from(sample.node));
-        let (strained, weight) = (self.strained.as_ref(), model.weight.as_ref());
-        let mut position =
-            vec2_of(self.start.as_ref().at(cell)) + vec2_of(self.rigid_end.as_ref().at(cell)) * sample.rigid;
-        for (&on, &weight) in strained.run(first..node).iter().zip(weight.run(first..node)) {
-            position += vec2_of(on) * weight;
-        }
-        for (k, &w) in sample.weights.iter().enumerate() {
-            if w != T::ZERO {
-                position += vec2_of(strained.at(node + k)) * w;
-            }
-        }
-        let [c, s] = self.rotation;
-        Vec2::new(c * position.x - s * position.y, s * position.x + c * position.y) + vec2_of(self.shift)
+        let ends = [self.start.as_ref().at(cell), self.rigid_end.as_ref().at(cell)];
+        let then = position(model, sample, ends, self.strained.as_ref(), |&strained| strained);
+        let [back, s] = self.rotation;
+        let carried = Vec2::new(-(back * then.x + s * then.y), s * then.x - back * then.y) + vec2_of(self.shift);
+        (now - then) - carried
     }
 
     /// Tangential force τ⁰ of a place in the accepted state; zero if it did not touch.
@@ -228,17 +226,28 @@ impl<T: Real, S: Size> Slip<T, S> {
     ) {
         redirect(contacts.rows_mut());
         for row in contacts.rows_mut().iter_mut().filter(|row| row.direction == Direction::Tangent) {
-            let moved = kinematics.position(model, &row.place) - self.anchor(model, &row.place);
-            let (node, arms) = arms(model, row);
-            let mut turned = -(row.place.half_thickness * self.turned);
-            let angles = state.angle.as_ref().get(node..).unwrap_or(&[]).iter();
-            let before = self.angle.as_ref().get(node..).unwrap_or(&[]);
-            for ((&now, &before), &arm) in angles.zip(before).zip(&arms) {
-                turned += arm * (now - before);
-            }
-            let slip = row.normal[0] * moved.x + row.normal[1] * moved.y + turned;
-            row.gap = slip - row.softness * self.before(row.sample);
+            row.gap = self.slipped(model, state, kinematics, row);
         }
+    }
+
+    /// d − ε_t τ⁰ of a tangent row.
+    #[inline(never)]
+    fn slipped(&self, model: &Model<T, S>, state: &State<T, S>, kinematics: &Kinematics<T, S>, row: &Row<T>) -> T {
+        let moved = self.left(model, &row.place, kinematics.position(model, &row.place));
+        let (node, arms) = arms(model, row);
+        let mut turned = -(row.place.half_thickness * self.turned);
+        let angles = state.angle.as_ref().get(node..).unwrap_or(&[]).iter();
+        let before = self.angle.as_ref().get(node..).unwrap_or(&[]);
+        for ((&now, &before), &arm) in angles.zip(before).zip(&arms) {
+            turned += arm * (now - before);
+        }
+        let slip = row.normal[0] * moved.x + row.normal[1] * moved.y + turned;
+        slip - row.softness * self.before(row.sample)
+    }
+
+    /// What friction dissipates at a tangent row since the accepted state (64).
+    fn lost(&self, row: &Row<T>) -> T {
+        T::of(-0.5) * (row.multiplier + self.before(row.sample)) * (row.gap + row.softness * row.multiplier)
     }
 
     /// By how much the tangents miss their law, as a length: the slip of what sticks, slip the wrong way, a force beyond the cone.
@@ -265,23 +274,33 @@ impl<T: Real, S: Size> Slip<T, S> {
         self.remember(model, state, kinematics);
     }
 
-    /// The state is accepted: what friction dissipated on the way to it, and its forces and pose as those of the past.
+    /// The state is accepted, after `before`: what friction dissipated on the way to it (64), and its forces and pose as those of the past.
     pub(crate) fn accept(
         &mut self,
         model: &Model<T, S>,
         state: &State<T, S>,
+        before: &State<T, S>,
         kinematics: &Kinematics<T, S>,
         rows: &[Row<T>],
     ) {
-        let half = T::of(0.5);
-        let touching =
-            || rows.iter().filter(|row| row.direction == Direction::Tangent && row.state != ContactState::Open);
-        for row in touching() {
-            let slip = row.gap + row.softness * row.multiplier;
-            self.dissipated -= half * (row.multiplier + self.before(row.sample)) * slip;
+        let tangents = || rows.iter().filter(|row| row.direction == Direction::Tangent);
+        let mut near = tangents().peekable();
+        let mut lost = T::ZERO;
+        // What let go has rubbed as well, with or without a row near the object.
+        let touched = before.touching.as_ref().iter().zip(before.normal.as_ref()).take(before.touching_count);
+        for (&sample, &normal) in touched {
+            while near.next_if(|row| row.sample < sample).is_some() {}
+            if near.next_if(|row| row.sample == sample).is_none() {
+                let place = model.place(sample);
+                let mut row = Row { sample, place, normal: towards_tip(normal), ..Row::BLANK };
+                row.softness = softness(model, &row);
+                row.gap = self.slipped(model, state, kinematics, &row);
+                lost += self.lost(&row);
+            }
         }
+        self.dissipated += tangents().fold(lost, |lost, row| lost + self.lost(row));
         self.count = 0;
-        for row in touching() {
+        for row in tangents().filter(|row| row.state != ContactState::Open) {
             self.touching.as_mut().put(usize::from(self.count), row.sample);
             // What sticks may have crept by the tolerance: the next step takes that back.
             let sticks = row.state == ContactState::Stick && row.softness > T::ZERO;
@@ -290,6 +309,31 @@ impl<T: Real, S: Size> Slip<T, S> {
             self.count += 1;
         }
         self.remember(model, state, kinematics);
+    }
+
+    /// Keeps what it remembers but for the pose, for [`Self::go_back`].
+    pub(crate) fn mark(&mut self) -> Rubbed<T> {
+        let room = self.room();
+        keep(self.touching.as_mut(), room, |now, kept| *kept = *now);
+        keep(self.tangential.as_mut(), room, |now, kept| *kept = *now);
+        Rubbed { count: self.count, dissipated: self.dissipated }
+    }
+
+    /// Its past is that of the mark again, whose pose is the present one.
+    pub(crate) fn go_back(
+        &mut self,
+        mark: &Rubbed<T>,
+        model: &Model<T, S>,
+        state: &State<T, S>,
+        kinematics: &Kinematics<T, S>,
+    ) {
+        if self.rubs() {
+            let room = self.room();
+            keep(self.touching.as_mut(), room, |now, kept| *now = *kept);
+            keep(self.tangential.as_mut(), room, |now, kept| *now = *kept);
+            (self.count, self.dissipated) = (mark.count, mark.dissipated);
+            self.remember(model, state, kinematics);
+        }
     }
 
     /// Takes the present pose for the accepted one.
@@ -307,7 +351,14 @@ impl<T: Real, S: Size> Slip<T, S> {
         for (past, now) in self.rigid_end.as_mut().iter_mut().zip(kinematics.members.as_ref()).take(cells) {
             *past = now.rigid_end;
         }
-        (self.rotation, self.shift, self.turned) = ([T::one(), T::ZERO], [T::ZERO; 2], T::ZERO);
+        (self.rotation, self.shift, self.turned) = ([T::ZERO; 2], [T::ZERO; 2], T::ZERO);
+    }
+}
+
+/// Goes through a list and the half of it that no sample fills, as one takes two rows: that keeps what a mark remembers.
+fn keep<X>(list: &mut [X], room: usize, each: impl Fn(&mut X, &mut X)) {
+    if let Some((now, kept)) = list.split_at_mut_checked(room) {
+        now.iter_mut().zip(kept).for_each(|(now, kept)| each(now, kept));
     }
 }
 

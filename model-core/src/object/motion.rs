@@ -18,6 +18,31 @@ impl<T: Real> Displacement<T> {
         self.vector(p) + self.translation
     }
 
+    /// By how much a point moves: precise where that is little, as the image is not.
+    #[inline]
+    pub(crate) fn moves(&self, p: Vec2<T>) -> Vec2<T> {
+        self.turns(p) + self.translation
+    }
+
+    /// The same with its rotation about a point, not the origin.
+    pub(crate) fn about(self, pivot: Vec2<T>) -> Self {
+        Self { translation: self.translation - self.turns(pivot), ..self }
+    }
+
+    /// (R − 1) v.
+    #[inline]
+    fn turns(&self, v: Vec2<T>) -> Vec2<T> {
+        let (back, s) = (self.back(), self.rotation.y);
+        Vec2::new(-(back * v.x + s * v.y), s * v.x - back * v.y)
+    }
+
+    /// 1 − cos α, precise where that is little.
+    #[inline]
+    pub(crate) fn back(&self) -> T {
+        let (c, s) = (self.rotation.x, self.rotation.y);
+        if c > T::ZERO { s * s / (T::one() + c) } else { T::one() - c }
+    }
+
     /// Image of a free vector.
     #[inline]
     pub fn vector(&self, v: Vec2<T>) -> Vec2<T> {

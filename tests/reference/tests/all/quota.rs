@@ -18,9 +18,12 @@ fn estimator<T: Real>(samples: u8, budget: u32) -> Box<Estimator<T, Reduced>> {
     sized(samples, budget, 0.0)
 }
 
+/// Coefficient of friction.
+const RUBS: f64 = 0.6;
+
 /// The same with friction.
 fn rubbing<T: Real>(samples: u8, budget: u32) -> Box<Estimator<T, Rubbing>> {
-    sized(samples, budget, 0.6)
+    sized(samples, budget, RUBS)
 }
 
 fn sized<T: Real, S: Size>(samples: u8, budget: u32, friction: f64) -> Box<Estimator<T, S>> {
@@ -106,29 +109,39 @@ fn width(estimate: &Estimate) -> Option<f32> {
 #[test]
 fn a_force_with_friction_is_that_of_an_estimator_with_time() {
     const KNOWN: f32 = 1e-3;
+    // Rounding decides some ticks, so that the 95 % of one campaign are anywhere from 0.041 to 0.062 N: several count together.
+    const BESIDE: [f64; 5] = [0.0, 1e-6, -1e-6, 1e-5, -1e-5];
     for samples in [2, 5] {
-        let (mut short, mut whole) = (rubbing::<f32>(samples, QUOTA), rubbing::<f32>(samples, 1000));
-        let (mut off, mut sound, mut late, mut touching) = (Vec::new(), 0, 0, 0);
-        let (mut updating, mut within, mut shown) = (0, 0, [0.0; 2]);
-        for tick in campaign::ticks() {
-            assert!(tick.prepare(&mut short) && tick.prepare(&mut whole));
-            let (estimate, exact) = (short.update(tick.angle()), whole.update(tick.angle()));
-            touching += u32::from(exact.force != [0.0; 2]);
-            if estimate.status == Status::MaxIterations {
-                late += 1;
-                assert_eq!(estimate.force, shown, "{samples} samples, {tick:?}: the old numbers stay, {estimate:?}");
-            }
-            shown = estimate.force;
-            let alike = (estimate.status == Status::Snapped) == (exact.status == Status::Snapped);
-            let known = [&estimate, &exact].iter().all(|one| width(one).is_some_and(|width| width < KNOWN));
-            if estimate.status.is_trustworthy() && exact.force != [0.0; 2] {
-                sound += 1;
-                if known && alike {
-                    off.push(difference(&estimate, &exact));
+        let (mut off, mut sound, mut late, mut touching) = (Vec::new(), 0_usize, 0_usize, 0);
+        let (mut updating, mut within) = (0_usize, 0_usize);
+        for beside in BESIDE {
+            let [mut short, mut whole] =
+                [QUOTA, 1000].map(|budget| sized::<f32, Rubbing>(samples, budget, RUBS + beside));
+            let mut shown = [0.0; 2];
+            for tick in campaign::ticks() {
+                assert!(tick.prepare(&mut short) && tick.prepare(&mut whole));
+                let (estimate, exact) = (short.update(tick.angle()), whole.update(tick.angle()));
+                touching += u32::from(exact.force != [0.0; 2]);
+                if estimate.status == Status::MaxIterations {
+                    late += 1;
+                    assert_eq!(
+                        estimate.force, shown,
+                        "{samples} samples, {tick:?}: the old numbers stay, {estimate:?}"
+                    );
                 }
-            } else if estimate.status == Status::Updating && known {
-                updating += 1;
-                within += u32::from(difference(&estimate, &exact) < f32::max(0.01 * exact.force_magnitude(), 0.05));
+                shown = estimate.force;
+                let alike = (estimate.status == Status::Snapped) == (exact.status == Status::Snapped);
+                let known = [&estimate, &exact].iter().all(|one| width(one).is_some_and(|width| width < KNOWN));
+                if estimate.status.is_trustworthy() && exact.force != [0.0; 2] {
+                    sound += 1;
+                    if known && alike {
+                        off.push(difference(&estimate, &exact));
+                    }
+                } else if estimate.status == Status::Updating && known {
+                    updating += 1;
+                    within +=
+                        usize::from(difference(&estimate, &exact) < f32::max(0.01 * exact.force_magnitude(), 0.05));
+                }
             }
         }
         off.sort_unstable_by(f32::total_cmp);
@@ -142,8 +155,9 @@ fn a_force_with_friction_is_that_of_an_estimator_with_time() {
             part(99),
             part(100)
         );
-        assert!(sound > 2300 && late < 480 && off.len() > 1500, "{sound} {late} {}", off.len());
-        assert!(within * 100 > 90 * updating && updating > 100, "{within} of {updating}");
+        let each = BESIDE.len();
+        assert!(sound > 2300 * each && late < 480 * each && off.len() > 1500 * each, "{sound} {late} {}", off.len());
+        assert!(within * 100 > 90 * updating && updating > 100 * each, "{within} of {updating}");
         assert!(part(50) < 0.005 && part(95) < 0.06 && part(99) < 0.15, "{:?}", [50, 95, 99].map(part));
     }
 }

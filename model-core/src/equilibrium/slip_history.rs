@@ -1,0 +1,126 @@
+//! What friction remembers and what it dissipates, where a finger goes back, lets go and comes again.
+
+use std::boxed::Box;
+use std::vec::Vec;
+
+use super::Follower;
+use crate::design::ladder_80;
+use crate::discretise::{Discretisation, Physics};
+use crate::object::{Corners, Motion, ObjectDesign};
+use crate::real::Real;
+use crate::size::Rubbing;
+use crate::status::Status;
+
+type Solver<T> = Follower<T, Rubbing>;
+
+const CIRCLE: ObjectDesign = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+
+fn start<T: Real>(object: ObjectDesign, friction: f64) -> Box<Solver<T>> {
+    let design = ladder_80();
+    let mut follower: Box<Solver<T>> = Box::new(Follower::EMPTY);
+    follower.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+    follower.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    follower.set_friction(friction).expect("a coefficient in range");
+    assert!(follower.start(0.0));
+    follower
+}
+
+fn to<T: Real>(follower: &mut Solver<T>, degrees: f64) {
+    let outcome = follower.follow(degrees.to_radians());
+    assert!(outcome.status.is_trustworthy(), "{degrees}°: {outcome:?}");
+}
+
+/// Forces along the object, and what is dissipated.
+fn rubbed<T: Real>(follower: &Solver<T>) -> (Vec<f64>, f64) {
+    let solution = follower.solution();
+    (solution.contacts().map(|contact| contact.tangential.to_f64()).collect(), solution.dissipated().to_f64())
+}
+
+/// Where an object cannot be moved, friction's past is as before as well: forces, what is dissipated, and all that follows.
+#[test]
+fn a_move_that_fails_leaves_no_trace() {
+    for turns in [false, true] {
+        let [mut follower, mut untouched] = [0, 1].map(|_| start::<f64>(CIRCLE, 0.6));
+        for follower in [&mut follower, &mut untouched] {
+            for degrees in [2.0, 4.0, 6.0, 7.0, 8.0, 7.9] {
+                to(follower, degrees);
+            }
+        }
+        let before = rubbed(&follower);
+        let outcome = if turns {
+            follower.turn_object([41.0, 145.0], -1.5, CIRCLE)
+        } else {
+            follower.shift_object([-70.0, 0.0], CIRCLE)
+        };
+        assert!(!outcome.status.is_trustworthy() && outcome.steps > 0, "{outcome:?}");
+        assert_eq!(rubbed(&follower), before);
+        for degrees in [7.8, 7.5, 8.5] {
+            for follower in [&mut follower, &mut untouched] {
+                to(follower, degrees);
+            }
+            let ((forces, lost), (expected, as_well)) = (rubbed(&follower), rubbed(&untouched));
+            let apart = forces.iter().zip(&expected).fold(0.0_f64, |most, (a, b)| most.max((a - b).abs()));
+            assert!(apart < 1e-7 && (lost - as_well).abs() < 1e-7, "{degrees}°: {apart:e} N, {lost} {as_well} N·mm");
+        }
+    }
+}
+
+/// Work of closing to an angle and opening, N·mm, less what is stored and dissipated at the end.
+fn missing(object: ObjectDesign, friction: f64, degrees: f64, steps: u32) -> [f64; 2] {
+    let mut follower = start::<f64>(object, friction);
+    let (mut work, mut torque, mut at) = (0.0, 0.0, follower.solution().coordinate());
+    for step in (0..=steps).chain((0..steps).rev()) {
+        let outcome = follower.follow((degrees * f64::from(step) / f64::from(steps)).to_radians());
+        assert!(matches!(outcome.status, Status::Converged | Status::NoContact), "{step}: {outcome:?}");
+        let solution = follower.solution();
+        work += 0.5 * (solution.motor_torque() + torque) * (solution.coordinate() - at);
+        (torque, at) = (solution.motor_torque(), solution.coordinate());
+    }
+    let solution = follower.solution();
+    [work, work - solution.potential() - solution.dissipated()]
+}
+
+/// What lets go in a step has rubbed until then: the work of a loop is what is dissipated, also where a contact goes from place to place.
+#[test]
+fn what_lets_go_has_dissipated() {
+    let corners = Corners::new(&[[4.0, 30.0], [4.0, 50.0], [30.0, 40.0]]).expect("room");
+    let polygon = ObjectDesign::Polygon { corners, rounding: 2.0 };
+    for (name, object, degrees) in [("polygon", polygon, 7.0), ("circle", CIRCLE, 8.0)] {
+        for friction in [0.3, 1.0] {
+            for steps in [40, 400, 4000] {
+                let [work, missing] = missing(object, friction, degrees, steps);
+                std::println!("{name}, m {friction}, {steps} steps: {work:.5} N·mm, missing {missing:.6}");
+                assert!(missing.abs() < if steps < 400 { 2e-3 } else { 1e-4 } * work, "{missing} of {work} N·mm");
+            }
+        }
+    }
+}
+
+/// Greatest difference of friction's pull and of the force, N, to those after the first of 20 cycles of a part that sticks.
+fn creep<T: Real>() -> f64 {
+    let bore = ObjectDesign::Bore { centre: [-110.057, 33.752], radius: 126.81 };
+    let mut follower = start::<T>(bore, 1.5);
+    let (low, count) = (6.0, 60);
+    for degrees in [low + 1.2, low, low + 0.6] {
+        to(&mut follower, degrees);
+    }
+    let mut first = None;
+    (0..=20).fold(0.0, |most, _| {
+        for k in (0..count).chain((0..count).rev()) {
+            to(&mut follower, low + 0.02 * f64::from(k));
+        }
+        let [x, y] = follower.solution().force_world().map(Real::to_f64);
+        let now = [rubbed(&follower).0.iter().sum(), x.hypot(y)];
+        let first: [f64; 2] = *first.get_or_insert(now);
+        now.iter().zip(first).fold(most, |most: f64, (now, first)| most.max((now - first).abs()))
+    })
+}
+
+/// What sticks keeps its force however often the motor goes to and fro, in single precision as well: what rounding leaves of a step's slip
+/// does not add up.
+#[test]
+fn what_sticks_does_not_creep() {
+    let [double, single] = [creep::<f64>(), creep::<f32>()];
+    std::println!("{double:.1e} N in double, {single:.1e} N in single precision");
+    assert!(double < 1e-4 && single < 0.02, "{double} {single}");
+}
