@@ -64,7 +64,7 @@ impl Listener {
 
     fn read<T: Value>(&mut self, register: Register<T>) -> Result<Vec<u8>, u8> {
         let [a, b] = register.address().to_le_bytes();
-        let [c, d] = u16::from(T::LENGTH).to_le_bytes();
+        let [c, d] = T::LENGTH.to_le_bytes();
         match self.say(self.id, Instruction::Read, &[a, b, c, d]).expect("an answer") {
             (0, data) => Ok(data),
             (error, _) => Err(error),
