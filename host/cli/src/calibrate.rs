@@ -18,8 +18,8 @@ use crate::standard::{self, Target, is_standard};
 use fre::case::{CaseError, Coordinate, Document, MotionPath};
 use fre::files::FileError;
 use fre::fit::calibrate::{
-    FitError, Input, Loss, Noise, Parameter, Plan, Predictor, document, expect, fit_watched, fitted_finger, picture,
-    plan_text, text,
+    FitError, Input, Loss, Noise, Parameter, Plan, Predictor, Quantity, document, expect, fit_watched, fitted_finger,
+    picture, plan_text, text,
 };
 use fre::fit::measured::MeasuredError;
 use fre::study::model::Precision;
@@ -55,9 +55,9 @@ pub struct Args {
     /// linkages). The measurements have the motor's angles either way.
     #[arg(long, value_name = "DRIVE", default_value = "rotating", value_parser = super::options::drive)]
     drive: Drive,
-    /// Standard deviation of a measured force, N
-    #[arg(long, value_name = "N", default_value_t = Noise::default().force_n, value_parser = positive)]
-    force_sd_n: f64,
+    // Not clap's default: a plan has forces beside torques only if this was given.
+    #[arg(long, value_name = "N", value_parser = positive, help = force_help(" "), long_help = force_help("\n\n"))]
+    force_sd_n: Option<f64>,
     /// Standard deviation of a measured motor torque, N·mm; default: left out
     #[arg(long, value_name = "NMM", value_parser = positive)]
     torque_sd_nmm: Option<f64>,
@@ -134,6 +134,11 @@ enum LossWord {
     Tukey,
     /// Squared throughout.
     Square,
+}
+
+/// Help of `--force-sd-n`, with what separates it from its default.
+fn force_help(separator: &str) -> String {
+    format!("Standard deviation of a measured force, N{separator}[default: {}]", Noise::default().force_n)
 }
 
 fn parameter(word: &str) -> Result<Parameter, String> {
@@ -226,7 +231,7 @@ fn check(args: &Args, input: &Input) -> Result<(), String> {
 fn noise(args: &Args) -> Noise {
     let default = Noise::default();
     Noise {
-        force_n: args.force_sd_n,
+        force_n: args.force_sd_n.unwrap_or(default.force_n),
         torque_nmm: args.torque_sd_nmm.unwrap_or(default.torque_nmm),
         angle_deg: args.angle_sd_deg.unwrap_or(default.angle_deg),
         outline_mm: args.outline_sd_mm,
@@ -235,6 +240,15 @@ fn noise(args: &Args) -> Noise {
             LossWord::Tukey => Loss::Tukey,
             LossWord::Square => Loss::Square,
         },
+    }
+}
+
+/// What is read along a plan: torques where their standard deviation is given, and forces unless it is given alone.
+fn planned(args: &Args) -> &'static [Quantity] {
+    match (args.force_sd_n, args.torque_sd_nmm) {
+        (Some(_), Some(_)) => &Quantity::ALL,
+        (None, Some(_)) => &[Quantity::Torque],
+        (_, None) => &[Quantity::Force],
     }
 }
 
@@ -264,7 +278,7 @@ fn plan(args: &Args, path: &Path) -> Result<bool, String> {
     let (design, discretisation) = (input.finger.design.clone(), args.model.options().discretisation);
     let model = Predictor { design: &design, discretisation, drive: input.drive, prony: &prony };
     let noise = noise(args);
-    let found = expect(&model, &mut input, &args.fit, &noise).map_err(|error| failed(args, &error))?;
+    let found = expect(&model, &mut input, &args.fit, planned(args), &noise).map_err(|error| failed(args, &error))?;
     if !is_standard(path) {
         put_out(&match args.format {
             Format::Text => plan_text(&plan, &input, &found, &noise),

@@ -79,7 +79,7 @@ fn what_is_recommended_finds_the_truth_every_time() {
             within += usize::from(off <= 2.0 * estimate.standard_deviation);
             all += 1;
         }
-        assert!(found.inflation < 1.2, "{}", found.inflation);
+        assert!(found.inflation.force < 1.2, "{:?}", found.inflation);
     }
     // As above; three deviations of 20 independent ones are 14 %.
     assert!(within * 100 >= all * 80, "{within} of {all} within two deviations");
@@ -349,10 +349,12 @@ fn a_motion_is_planned_and_shows_what_it_would_determine() {
     );
     let mut said = Transcript::default();
     let memory = "--fit youngs-modulus,prony-g1,prony-tau1,prony-g2,prony-tau2";
-    let cases: [(&Path, &str, i32); 9] = [
+    let cases: [(&Path, &str, i32); 11] = [
         (&relaxing, memory, 0),
         (&case, "--fit youngs-modulus,friction --to-deg 6 --speed-deg-per-s 2", 0),
         (&case, "--fit youngs-modulus,zero,object-x,object-y", 2),
+        (&case, "--fit youngs-modulus,friction --torque-sd-nmm 2", 0),
+        (&case, "--fit youngs-modulus,friction --torque-sd-nmm 2 --force-sd-n 0.05", 0),
         (&case, memory, 1),
         (&case, "--to-deg -3", 1),
         (&case, "--both-ways", 1),

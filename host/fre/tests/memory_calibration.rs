@@ -77,7 +77,7 @@ fn terms_and_modulus_come_back_within_what_is_stated() {
             within += usize::from(off <= 2.0);
             all += 1;
         }
-        assert!(found.inflation < 1.3, "{}", found.inflation);
+        assert!(found.inflation.force < 1.3, "{:?}", found.inflation);
         // A larger modulus with a larger share gives nearly the same forces.
         assert!(found.correlation[0][1] > 0.3, "{:?}", found.correlation);
     }
@@ -111,7 +111,7 @@ fn a_plan_states_how_well_its_readings_determine() {
         }
         // Of the noise that is stated; a fit's own residuals may add to it.
         for (estimate, expected) in found.estimates.iter().zip(&expected.estimates) {
-            let ratio = estimate.standard_deviation / expected.standard_deviation / found.inflation;
+            let ratio = estimate.standard_deviation / expected.standard_deviation / found.inflation.force;
             assert!((0.6..1.7).contains(&ratio), "seed {seed}, {}: {ratio}", estimate.parameter.word());
         }
     }

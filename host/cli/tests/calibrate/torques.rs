@@ -1,14 +1,16 @@
 //! Calibrations of motor torques, instead of forces and beside them.
 
+use std::path::Path;
 use std::process::Command;
 
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Noise, Parameter, Predictor, Quantity, Trial, fit};
+use fre::fit::calibrate::{Noise, Parameter, Plan, Predictor, Quantity, Trial, fit};
 use model_core::drive::{Drive, Knots, Travel};
+use model_core::object::ObjectDesign;
 use model_core::sensitivity::DesignParameter;
 use serde_json::Value;
 
-use super::{Folder, USUAL, design, model};
+use super::{Folder, USUAL, design, fre, model};
 
 /// Motor torques do instead of forces: those of a closing and an opening give friction beside modulus and zero, within what is stated, and both
 /// together give it more precisely than either.
@@ -46,6 +48,47 @@ fn friction_comes_back_from_torques() {
         found.estimates[2].standard_deviation
     });
     assert!(torque < 0.04 && both < force && both < torque, "{force} {torque} {both}");
+}
+
+/// A plan has torques where their deviation is given, and forces beside them where theirs is, too: what it states is what a fit to such readings
+/// states.
+#[test]
+fn torques_are_planned_where_their_deviation_is_given() {
+    let folder = Folder::new();
+    let case = folder.file(
+        "case.toml",
+        "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n\
+         [motion]\nmotor_angles_deg = [2, 8]\n",
+    );
+    let motion = folder.0.path().join("motion.csv");
+    let words = [Path::new("--plan"), &motion, Path::new("--case"), &case];
+    let planned = |more: &str| {
+        let output = fre(&words, &format!("--elements reduced --fit youngs-modulus,zero --force --format json {more}"));
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        let found: Value = serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
+        let count = |of: &str| found["residuals"].as_array().unwrap().iter().filter(|r| r[of].is_f64()).count();
+        let deviation = found["parameters"][0]["standard_deviation"].as_f64().unwrap();
+        ([count("measured_n"), count("measured_nmm")], deviation)
+    };
+    let (forces, by_forces) = planned("");
+    let (torques, by_torques) = planned("--torque-sd-nmm 2");
+    let (_, by_rough) = planned("--torque-sd-nmm 20");
+    let (both, by_both) = planned("--torque-sd-nmm 2 --force-sd-n 0.02");
+    assert_eq!([forces, torques, both], [[49, 0], [0, 49], [49, 49]]);
+    assert_eq!(planned("--force-sd-n 0.02").1, by_forces);
+    assert!(by_rough > 3.0 * by_torques && by_both < by_torques && by_both < by_forces, "{by_rough} {by_torques}");
+
+    // The same readings, drawn without errors.
+    let design = design();
+    let plan = Plan::parse("motion.csv", &std::fs::read_to_string(&motion).unwrap(), 0.0..=8.0).unwrap();
+    let protocol = Protocol::planned(&plan, ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 });
+    let parameters = [Parameter::YoungsModulus, Parameter::Zero];
+    let exact = Errors { force_n: 0.0, torque_nmm: Some(0.0), angle_deg: 0.0 };
+    let mut runs = draw(&model(&design), &Trial::start(&parameters, &design, &[]), &protocol, exact, 0).unwrap();
+    runs.iter_mut().flat_map(|run| &mut run.readings).for_each(|reading| reading.force_n = None);
+    let found = fit(&model(&design), &runs, &parameters, &Noise::default()).unwrap();
+    let ratio = by_torques / found.estimates[0].standard_deviation;
+    assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
 }
 
 /// Derivatives of force and torque agree with differences, of a finger that turns and of one that a crank moves.

@@ -4,6 +4,9 @@
 //! force, so that deviation is √(σ_F² + (dF/dα·σ_α)²): errors in variables, to first order. Readings that lie far off count less
 //! (P. J. Huber, Robust Statistics, 1981; Tukey's biweight rejects them altogether).
 //!
+//! Points of an outline share the camera's errors: n of them count as at most 10 independent ones, each as 10/n of one. Residuals may be
+//! larger than the stated noise allows; how much is estimated for every quantity on its own, and the standard deviations grow with it.
+//!
 //! Steps are taken along the eigenvectors of the information matrix, parameters in units of their [`Parameter::doubt`]. An
 //! eigenvector along which the data leave more open than that is left alone and reported: a combination they do not tell.
 
@@ -17,14 +20,14 @@ use super::noise::{Loss, Noise};
 use super::parameter::Parameter;
 use super::predictor::{Predicted, Prediction, Predictor};
 use super::readings::{Reading, Readings};
-use super::rests::{Equations, Rests};
+use super::rests::Rests;
+use super::rows::{self, BySource, Row, Source, Term};
 use super::trial::Trial;
 use crate::metrics::signed_distance;
-/// Residual that stands for a reading without a trustworthy prediction, in standard deviations.
-const LOST: f64 = 30.0;
+
 /// Passes over the readings.
 const PASSES: usize = 60;
-/// Points of an outline count as at most so many independent ones: they share the camera's errors.
+/// Points of an outline count as at most so many independent ones.
 const INDEPENDENT_POINTS: f64 = 10.0;
 /// Once what a pass could still gain is less than this, squared standard deviations, the readings keep their deviations and the
 /// residuals their scale: where a sample begins to touch, slopes and so deviations jump, and the fit would go to and fro between two sets.
@@ -78,6 +81,14 @@ impl Quantity {
         }
     }
 
+    /// What several values of it are called.
+    pub(super) fn plural(self) -> &'static str {
+        match self {
+            Self::Force => "forces",
+            Self::Torque => "torques",
+        }
+    }
+
     /// Its measured value.
     fn measured(self, reading: &Reading) -> Option<f64> {
         match self {
@@ -93,7 +104,15 @@ impl Quantity {
         }
     }
 
-    fn deviation(self, noise: &Noise) -> f64 {
+    fn source(self) -> Source {
+        match self {
+            Self::Force => Source::Force,
+            Self::Torque => Source::Torque,
+        }
+    }
+
+    /// Standard deviation of a measured value.
+    pub(super) fn deviation(self, noise: &Noise) -> f64 {
         match self {
             Self::Force => noise.force_n,
             Self::Torque => noise.torque_nmm,
@@ -158,11 +177,43 @@ pub struct Fit {
     pub passes: usize,
     /// The last step was small beside the standard deviations.
     pub converged: bool,
-    /// Residuals over what the stated noise allows (the standard deviations were made greater by it): 1 if the model holds.
-    pub inflation: f64,
+    /// Residuals over what the stated noise allows; the standard deviations have it in them.
+    pub inflation: Inflation,
+}
+
+/// Residuals of each quantity over what its stated noise allows: 1 if the model holds, or if too little was measured to say.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inflation {
+    /// Of forces, and of the angles that they were read at.
+    pub force: f64,
+    /// Of torques; of their angles if no forces were read there.
+    pub torque: f64,
+    /// Of points of outlines.
+    pub outline: f64,
+}
+
+impl Inflation {
+    /// Of a quantity.
+    pub fn of(&self, quantity: Quantity) -> f64 {
+        match quantity {
+            Quantity::Force => self.force,
+            Quantity::Torque => self.torque,
+        }
+    }
+
+    /// The largest.
+    pub fn largest(&self) -> f64 {
+        self.force.max(self.torque).max(self.outline)
+    }
 }
 
 impl Fit {
+    /// The quantities that have residuals; force if none has.
+    pub fn quantities(&self) -> Vec<Quantity> {
+        let found: Vec<Quantity> = Quantity::ALL.into_iter().filter(|&q| self.of(q).next().is_some()).collect();
+        if found.is_empty() { vec![Quantity::Force] } else { found }
+    }
+
     /// The residuals of a quantity.
     pub fn of(&self, quantity: Quantity) -> impl Iterator<Item = &Residual> {
         self.residuals.iter().filter(move |residual| residual.quantity == quantity)
@@ -175,19 +226,10 @@ impl Fit {
     }
 }
 
-/// A term of the sum: residual and derivatives with respect to the parameters in units of their doubt, over the deviation.
-struct Row {
-    residual: f64,
-    gradient: DVector<f64>,
-    /// The rest whose angle's error it has in it, and the derivative with respect to that.
-    rest: Option<(usize, f64)>,
-    deviation: f64,
-}
-
 /// What no longer changes near the end of a fit.
 struct Settled {
-    /// [`spread`] of the residuals.
-    scale: f64,
+    /// [`rows::spreads`] of the residuals.
+    scales: BySource<f64>,
     /// Deviations of the rows; none for those without a prediction then.
     deviations: Vec<Option<f64>>,
 }
@@ -198,8 +240,8 @@ struct Point {
     /// The rests' errors of the angle, in its standard deviations.
     errors: Vec<f64>,
     predictions: Vec<Vec<Prediction>>,
-    /// Forces and torques in the order of runs and readings, then points of outlines, then the rests' errors; none for readings without a prediction.
-    rows: Vec<Option<Row>>,
+    /// Forces and torques in the order of runs and readings, then points of outlines, then the rests' errors.
+    rows: Vec<Row>,
 }
 
 /// Fits parameters to runs.
@@ -265,11 +307,11 @@ pub fn fit_watched<B>(
     };
     report(passes, None)?;
     while passes < PASSES && !converged {
-        let scale = settled.as_ref().map_or_else(|| spread(&here.rows, noise.loss), |settled| settled.scale);
-        let equations = normal_equations(&here.rows, noise.loss, scale, parameters.len(), rests.count);
+        let scales = settled.as_ref().map_or_else(|| rows::spreads(&here.rows, noise.loss), |settled| settled.scales);
+        let equations = rows::normal_equations(&here.rows, noise.loss, &scales, parameters.len(), rests.count);
         let (information, slope) = equations.of_parameters();
         let eigen = SymmetricEigen::new(information);
-        let before = cost(&here.rows, None, noise.loss, scale);
+        let before = rows::cost(&here.rows, None, noise.loss, &scales);
         let mut step = DVector::zeros(parameters.len());
         let mut gain = 0.0;
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
@@ -289,8 +331,8 @@ pub fn fit_watched<B>(
             break;
         }
         if gain < SETTLED && settled.is_none() {
-            let deviations = here.rows.iter().map(|row| row.as_ref().map(|row| row.deviation)).collect();
-            settled = Some(Settled { scale, deviations });
+            let deviations = here.rows.iter().map(|row| row.term.as_ref().map(|term| term.deviation)).collect();
+            settled = Some(Settled { scales, deviations });
         }
         let mut trial = here.trial.clone();
         for ((value, part), doubt) in trial.values.iter_mut().zip(step.iter()).zip(&doubts) {
@@ -300,7 +342,7 @@ pub fn fit_watched<B>(
         passes += 1;
         let next = judge.evaluate(trial, errors, settled.as_ref()).ok();
         report(passes, Some(gain))?;
-        let better = next.filter(|next| cost(&next.rows, Some(&here.rows), noise.loss, scale) <= before);
+        let better = next.filter(|next| rows::cost(&next.rows, Some(&here.rows), noise.loss, &scales) <= before);
         match better {
             Some(next) => {
                 here = next;
@@ -317,38 +359,6 @@ pub fn fit_watched<B>(
         }
     }
     Ok(judge.finish(parameters, here, passes, converged))
-}
-
-/// Scale of the residuals: 1, or more if half of them are larger than the stated noise explains.
-fn spread(rows: &[Option<Row>], loss: Loss) -> f64 {
-    let mut sizes: Vec<f64> = rows.iter().flatten().map(|row| row.residual.abs()).collect();
-    if loss == Loss::Square || sizes.is_empty() {
-        return 1.0;
-    }
-    sizes.sort_by(f64::total_cmp);
-    // The median of a normal distribution's magnitudes is 0.6745 of its deviation.
-    (sizes[sizes.len() / 2] / 0.6745).max(1.0)
-}
-
-fn normal_equations(rows: &[Option<Row>], loss: Loss, scale: f64, count: usize, rests: usize) -> Equations {
-    let mut equations = Equations::new(count, rests);
-    for row in rows.iter().flatten() {
-        let (_, weight, _) = loss.of(row.residual / scale);
-        equations.add(weight, row.residual, &row.gradient, row.rest);
-    }
-    equations
-}
-
-/// Sum of the losses, with the deviations of `reference`, so that a step is not judged better for making readings count less.
-fn cost(rows: &[Option<Row>], reference: Option<&[Option<Row>]>, loss: Loss, scale: f64) -> f64 {
-    let term = |(index, row): (usize, &Option<Row>)| {
-        let size = row.as_ref().map_or(LOST, |row| {
-            let other = reference.and_then(|rows| rows[index].as_ref());
-            row.residual * other.map_or(1.0, |other| row.deviation / other.deviation)
-        });
-        loss.of(size / scale).0
-    };
-    rows.iter().enumerate().map(term).sum()
 }
 
 /// What a trial is judged by.
@@ -368,26 +378,32 @@ impl Judge<'_> {
             runs.iter().map(|run| model.predict(run, trial, derivatives)).collect::<Result<Vec<_>, _>>()
         };
         let predictions = predict(&trial, true)?;
-        let mut rows = Vec::new();
+        let mut rows: Vec<Row> = Vec::new();
+        // A rest's error counts among the residuals of what was read there first.
+        let mut owners: Vec<Option<Source>> = vec![None; errors.len()];
         for (r, (run, predicted)) in runs.iter().zip(&predictions).enumerate() {
             for (i, (reading, prediction)) in run.readings.iter().zip(predicted).enumerate() {
                 for (quantity, measured) in Quantity::of(reading) {
                     let (predicted, of_it) = (quantity.predicted(prediction), quantity.deviation(noise));
-                    rows.push(prediction.status.is_trustworthy().then(|| {
+                    let (source, rest) = (quantity.source(), rests.of(r, i));
+                    if let Some(owner) = rest.and_then(|rest| owners.get_mut(rest)) {
+                        owner.get_or_insert(source);
+                    }
+                    let term = prediction.status.is_trustworthy().then(|| {
                         let by_angle = predicted.per_deg * noise.angle_deg;
-                        let rest = rests.of(r, i);
                         // A rest's error of the angle is not one of each reading.
                         let own = || if rest.is_some() { of_it } else { of_it.hypot(by_angle) };
                         let deviation = kept(rows.len()).unwrap_or_else(own);
                         let shifted = rest.and_then(|rest| errors.get(rest)).map_or(0.0, |error| by_angle * error);
                         let gradient = predicted.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
-                        Row {
+                        Term {
                             residual: (measured - predicted.value - shifted) / deviation,
                             gradient: DVector::from_iterator(doubts.len(), gradient),
                             rest: rest.map(|rest| (rest, by_angle / deviation)),
                             deviation,
                         }
-                    }));
+                    });
+                    rows.push(Row { source, share: 1.0, term });
                 }
             }
         }
@@ -401,12 +417,13 @@ impl Judge<'_> {
             for (r, run) in runs.iter().enumerate() {
                 for (i, reading) in run.readings.iter().enumerate() {
                     let points = &reading.front_mm;
-                    let deviation = noise.outline_mm * (points.len() as f64 / INDEPENDENT_POINTS).max(1.0).sqrt();
+                    let deviation = noise.outline_mm;
+                    let share = (INDEPENDENT_POINTS / points.len() as f64).min(1.0);
                     for &point in points {
                         let away = |prediction: &Prediction| signed_distance(point, &prediction.front_mm);
                         let here = away(&predictions[r][i]);
                         let there: Option<Vec<f64>> = shifted.iter().map(|other| away(&other[r][i])).collect();
-                        rows.push(here.zip(there).map(|(here, there)| Row {
+                        let term = here.zip(there).map(|(here, there)| Term {
                             // The line moving towards the point is what takes the distance away.
                             residual: here / deviation,
                             gradient: DVector::from_iterator(
@@ -415,15 +432,17 @@ impl Judge<'_> {
                             ),
                             rest: None,
                             deviation,
-                        }));
+                        });
+                        rows.push(Row { source: Source::Outline, share, term });
                     }
                 }
             }
         }
         // An error is as probable as the angle's standard deviation says.
-        rows.extend(errors.iter().enumerate().map(|(rest, error)| {
+        rows.extend(errors.iter().zip(owners).enumerate().map(|(rest, (error, owner))| {
             let gradient = DVector::zeros(doubts.len());
-            Some(Row { residual: -error, gradient, rest: Some((rest, 1.0)), deviation: 1.0 })
+            let term = Some(Term { residual: -error, gradient, rest: Some((rest, 1.0)), deviation: 1.0 });
+            Row { source: owner.unwrap_or(Source::Force), share: 1.0, term }
         }));
         Ok(Point { trial, errors, predictions, rows })
     }
@@ -432,31 +451,22 @@ impl Judge<'_> {
     fn finish(&self, parameters: &[Parameter], here: Point, passes: usize, converged: bool) -> Fit {
         let Self { model, runs, noise, doubts, rests } = *self;
         let count = parameters.len();
-        let scale = spread(&here.rows, noise.loss);
-        let losses: Vec<_> = here.rows.iter().flatten().map(|row| (noise.loss.of(row.residual / scale), row)).collect();
-        let mut equations = Equations::new(count, rests.count);
-        losses.iter().for_each(|(_, row)| equations.add(1.0, row.residual, &row.gradient, row.rest));
-        let (information, _) = equations.of_parameters();
-        // Huber's estimate of the covariance (Robust Statistics, 7.6), never below what the stated noise alone gives.
-        let rows = losses.len() as f64;
-        let squares: f64 = losses.iter().map(|((_, weight, _), row)| (weight * row.residual).powi(2)).sum();
-        let slopes: f64 = losses.iter().map(|((_, _, slope), _)| slope).sum::<f64>() / rows.max(1.0);
-        let freedom = rows - (count + rests.count) as f64;
-        let inflation =
-            if freedom > 0.0 && slopes > 0.0 { (squares / freedom / (slopes * slopes)).max(1.0) } else { 1.0 };
-
-        let eigen = SymmetricEigen::new(information);
+        let scales = rows::spreads(&here.rows, noise.loss);
+        // By the stated noise, with every row.
+        let equations = rows::normal_equations(&here.rows, Loss::Square, &scales, count, rests.count);
+        let eigen = SymmetricEigen::new(equations.of_parameters().0);
         let mut covariance = DMatrix::zeros(count, count);
+        let mut beyond = DMatrix::zeros(count, count);
         let mut open = vec![0.0; count];
         let mut undetermined = Vec::new();
         for (value, vector) in eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter()) {
             let vector = vector.into_owned();
             if *value >= 1.0 {
-                covariance.ger(inflation / value, &vector, &vector, 1.0);
+                covariance.ger(1.0 / value, &vector, &vector, 1.0);
                 continue;
             }
             // As open as it was before.
-            covariance.ger(1.0, &vector, &vector, 1.0);
+            beyond.ger(1.0, &vector, &vector, 1.0);
             let largest = vector.iter().zip(doubts).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
             let sign = largest.map_or(1.0, |(part, _)| part.signum());
             let mut terms = Vec::new();
@@ -468,6 +478,10 @@ impl Judge<'_> {
             }
             undetermined.push(Combination { terms });
         }
+        // A quantity's noise, larger than stated, goes into the parameters as far as its rows have determined them.
+        let evidence = rows::evidence(&here.rows, &equations, &covariance, noise.loss, &scales);
+        let noises = evidence.all().fold(DMatrix::zeros(count, count), |sum, of| sum + &of.information * of.inflation);
+        let covariance = &covariance * noises * &covariance + beyond;
         let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
         let estimates = parameters.iter().enumerate().map(|(i, &parameter)| Estimate {
             parameter,
@@ -485,16 +499,17 @@ impl Judge<'_> {
         for (index, (run, predictions)) in runs.iter().zip(&here.predictions).enumerate() {
             for (reading, prediction) in run.readings.iter().zip(predictions) {
                 for (quantity, measured) in Quantity::of(reading) {
-                    let row = rows.next().and_then(Option::as_ref);
+                    let term = rows.next().and_then(|row| row.term.as_ref());
+                    let weight = |term: &Term| noise.loss.of(term.residual / scales.at(quantity.source())).1;
                     residuals.push(Residual {
                         run: index,
                         line: reading.line,
                         angle_deg: reading.angle_deg,
                         quantity,
                         measured,
-                        predicted: row.map(|_| quantity.predicted(prediction).value),
-                        standard_deviation: row.map_or(quantity.deviation(noise), |row| row.deviation),
-                        weight: row.map_or(0.0, |row| noise.loss.of(row.residual / scale).1),
+                        predicted: term.map(|_| quantity.predicted(prediction).value),
+                        standard_deviation: term.map_or(quantity.deviation(noise), |term| term.deviation),
+                        weight: term.map_or(0.0, weight),
                     });
                 }
             }
@@ -507,6 +522,7 @@ impl Judge<'_> {
             .collect();
         let mean_square = distances.iter().map(|d| d * d).sum::<f64>() / distances.len().max(1) as f64;
         let outline = (!distances.is_empty()).then(|| (distances.len(), mean_square.sqrt()));
+        let inflation = |source| evidence.at(source).inflation.sqrt();
         Fit {
             estimates: estimates.collect(),
             correlation,
@@ -515,7 +531,11 @@ impl Judge<'_> {
             outline,
             passes,
             converged,
-            inflation: inflation.sqrt(),
+            inflation: Inflation {
+                force: inflation(Source::Force),
+                torque: inflation(Source::Torque),
+                outline: inflation(Source::Outline),
+            },
             trial: here.trial,
         }
     }

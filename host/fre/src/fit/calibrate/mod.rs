@@ -15,10 +15,11 @@ mod predictor;
 mod readings;
 mod report;
 mod rests;
+mod rows;
 pub mod synthetic;
 mod trial;
 
-pub use fit::{Combination, Estimate, Fit, FitError, Progress, Quantity, Residual, fit, fit_watched};
+pub use fit::{Combination, Estimate, Fit, FitError, Inflation, Progress, Quantity, Residual, fit, fit_watched};
 pub use gripper::{uncertainty, zero_counts};
 pub use input::{Input, InputError};
 pub use noise::{Loss, Noise};

@@ -6,8 +6,7 @@ use crate::draw::{Chart, Mark, Panel, Scene, Series, Style, literal};
 /// Measured and fitted forces, below them the residuals with the band of two standard deviations; the same of torques; below those the
 /// residuals in standard deviations.
 pub fn picture(name: &str, runs: &[Readings], fit: &Fit) -> Scene {
-    let measured: Vec<Quantity> = Quantity::ALL.into_iter().filter(|&q| fit.of(q).next().is_some()).collect();
-    let shown = if measured.is_empty() { vec![Quantity::Force] } else { measured };
+    let shown = fit.quantities();
     let rms = |&quantity: &Quantity| match quantity {
         Quantity::Force => format!("{:.3} N", fit.rms(quantity)),
         Quantity::Torque => format!("{:.1} N·mm", fit.rms(quantity)),

@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 
 use model_core::discretise::DiscretiseError;
 
-use super::{Fit, Input, Noise, Parameter, Predictor, Reading, Trial, fit};
+use super::{Fit, Input, Noise, Parameter, Predictor, Quantity, Reading, Trial, fit};
 use crate::delimited;
 
 /// Readings on a way to the highest angle, or back.
@@ -25,7 +25,7 @@ const SAME_SPEED: f64 = 0.02;
 /// The second closing is slower than the first by this factor.
 const SLOWER: f64 = 10.0;
 
-/// A motion to measure along: the motor moves evenly from place to place, and a force is read at each.
+/// A motion to measure along: the motor moves evenly from place to place, and a force or a torque is read at each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Time since the beginning with an open hand, s, and motor angle, degrees.
@@ -194,7 +194,7 @@ impl Plan {
         moves
     }
 
-    /// As a table with the columns `time_s` and `motor_angle_deg`; measurements have these and the forces.
+    /// As a table with the columns `time_s` and `motor_angle_deg`; measurements have these and the forces or torques.
     pub fn csv(&self) -> String {
         let mut text = delimited::line(["time_s", "motor_angle_deg"]);
         for place in &self.places {
@@ -217,8 +217,8 @@ impl Plan {
     }
 }
 
-/// What readings along the plan's runs would determine, if the finger were as its case says: a fit to the model's own forces. Readings without a
-/// trustworthy solution are left out.
+/// What readings of these quantities along the plan's runs would determine, if the finger were as its case says: a fit to the model's own
+/// values. Readings without a trustworthy solution are left out.
 ///
 /// # Errors
 /// If the design is refused.
@@ -226,16 +226,19 @@ pub fn expect(
     model: &Predictor<'_>,
     input: &mut Input,
     parameters: &[Parameter],
+    quantities: &[Quantity],
     noise: &Noise,
 ) -> Result<Fit, DiscretiseError> {
     let start = Trial::start(parameters, model.design, model.prony);
     for run in &mut input.runs {
         let predicted = model.predict(run, &start, false)?;
         for (reading, prediction) in run.readings.iter_mut().zip(predicted) {
-            reading.force_n = prediction.status.is_trustworthy().then_some(prediction.force.value);
+            let read = |quantity| prediction.status.is_trustworthy() && quantities.contains(&quantity);
+            reading.force_n = read(Quantity::Force).then_some(prediction.force.value);
+            reading.torque_nmm = read(Quantity::Torque).then_some(prediction.torque.value);
         }
         let all = run.readings.len();
-        run.readings.retain(|reading| reading.force_n.is_some());
+        run.readings.retain(Reading::has_load);
         if let left_out @ 1.. = all - run.readings.len() {
             input.remarks.push(format!("left out: {left_out} places of {} without a trustworthy solution", run.name));
         }
@@ -252,7 +255,12 @@ pub fn plan_text(plan: &Plan, input: &Input, fit: &Fit, noise: &Noise) -> String
     if runs > 1 {
         let _ = write!(out, ", once in front of each of {runs} objects");
     }
-    let _ = writeln!(out, "; with forces within {} N (standard deviation) they would determine", noise.force_n);
+    let within = fit
+        .quantities()
+        .into_iter()
+        .map(|quantity| format!("{} within {} {}", quantity.plural(), quantity.deviation(noise), quantity.unit()));
+    let within = within.collect::<Vec<_>>().join(" and ");
+    let _ = writeln!(out, "; with {within} (standard deviation) they would determine");
     // Writing to a string cannot fail.
     let _ = super::report::write_expected(&mut out, fit);
     input.remarks.iter().for_each(|remark| out += &format!("{remark}\n"));

@@ -54,11 +54,11 @@ fn write_relations(out: &mut String, fit: &Fit) -> std::fmt::Result {
 
 fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
     let design = &input.finger.design;
-    let counts = [(Quantity::Force, "forces"), (Quantity::Torque, "torques")];
-    let counts = counts.map(|(quantity, word)| (fit.of(quantity).count(), word));
-    // Forces are named even where there are none, unless torques take their place.
-    let counts = counts.iter().filter(|(count, word)| *count > 0 || *word == "forces" && counts[1].0 == 0);
-    let measured = counts.map(|(count, word)| format!("{count} {word}")).collect::<Vec<_>>().join(" and ");
+    let quantities = fit.quantities();
+    let each = |words: &dyn Fn(Quantity) -> String| {
+        quantities.iter().map(|&quantity| words(quantity)).collect::<Vec<_>>().join(" and ")
+    };
+    let measured = each(&|quantity| format!("{} {}", fit.of(quantity).count(), quantity.plural()));
     let runs = input.runs.len();
     let plural = if runs == 1 { "" } else { "s" };
     writeln!(out, "{}: {measured} of {runs} run{plural}", input.finger.name)?;
@@ -76,21 +76,23 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         )?;
     }
     write_relations(out, fit)?;
-    let with_torques = fit.of(Quantity::Torque).next().is_some();
-    let rms = match (fit.of(Quantity::Force).next().is_some() || !with_torques, with_torques) {
-        (true, false) => format!("{:.4} N", fit.rms(Quantity::Force)),
-        (false, _) => format!("{:.3} N·mm", fit.rms(Quantity::Torque)),
-        (true, true) => format!("{:.4} N and {:.3} N·mm", fit.rms(Quantity::Force), fit.rms(Quantity::Torque)),
-    };
+    let rms = each(&|quantity| match quantity {
+        Quantity::Force => format!("{:.4} N", fit.rms(quantity)),
+        Quantity::Torque => format!("{:.3} N·mm", fit.rms(quantity)),
+    });
     writeln!(
         out,
-        "residuals: rms {rms}, {:.2} times what the stated noise allows; {} passes{}",
-        fit.inflation,
+        "residuals: rms {rms}, {} times what the stated noise allows; {} passes{}",
+        each(&|quantity| format!("{:.2}", fit.inflation.of(quantity))),
         fit.passes,
         if fit.converged { "" } else { ", NOT CONVERGED" }
     )?;
     if let Some((points, rms)) = fit.outline {
-        writeln!(out, "outlines: {points} points, rms distance {rms:.3} mm")?;
+        let times = fit.inflation.outline;
+        writeln!(
+            out,
+            "outlines: {points} points, rms distance {rms:.3} mm, {times:.2} times what the stated noise allows"
+        )?;
     }
     for residual in fit.residuals.iter().filter(|residual| residual.is_outlier()) {
         let name = &input.runs[residual.run].name;
@@ -187,7 +189,7 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
             }),
         }
     });
-    let rms_nmm = fit.of(Quantity::Torque).next().is_some().then(|| fit.rms(Quantity::Torque));
+    let torques = fit.quantities().contains(&Quantity::Torque);
     json!({
         "converged": fit.converged,
         "passes": fit.passes,
@@ -195,9 +197,13 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         "correlation": fit.correlation,
         "undetermined": fit.undetermined.iter().map(combination).collect::<Vec<_>>(),
         "rms_n": fit.rms(Quantity::Force),
-        "rms_nmm": rms_nmm,
-        "inflation": fit.inflation,
-        "outline": fit.outline.map(|(points, rms)| json!({ "points": points, "rms_mm": rms })),
+        "rms_nmm": torques.then(|| fit.rms(Quantity::Torque)),
+        "inflation": fit.inflation.largest(),
+        "inflation_forces": fit.inflation.force,
+        "inflation_torques": torques.then_some(fit.inflation.torque),
+        "outline": fit.outline.map(|(points, rms)| {
+            json!({ "points": points, "rms_mm": rms, "inflation": fit.inflation.outline })
+        }),
         "residuals": residuals.collect::<Vec<_>>(),
         "left_out": input.remarks,
         "prony": fit.trial.prony(&input.finger.prony),

@@ -95,6 +95,14 @@ impl Equations {
         (information, slope)
     }
 
+    /// A row's gradient less what its rest's error can make of it, and the share of a degree of freedom that the error takes from the row.
+    pub(super) fn beside_errors(&self, gradient: &DVector<f64>, rest: Option<(usize, f64)>) -> (DVector<f64>, f64) {
+        match rest.and_then(|(rest, by)| Some((self.rests.get(rest)?, by))) {
+            Some(((own, _, coupling), by)) if *own > 0.0 => (gradient - coupling * (by / own), by * by / own),
+            _ => (gradient.clone(), 0.0),
+        }
+    }
+
     /// The step of each error that goes with a step of the parameters.
     pub(super) fn steps(&self, step: &DVector<f64>) -> Vec<f64> {
         let step = |(own, slope, coupling): &(f64, f64, DVector<f64>)| {
@@ -159,7 +167,16 @@ mod tests {
         let found = [step[0], step[1], equations.steps(&step)[0]];
         assert!(found.iter().zip(expected.iter()).all(|(a, b): (&f64, &f64)| (a - b).abs() < 1e-12), "{found:?}");
         let covariance = whole.try_inverse().unwrap();
-        let own = information.try_inverse().unwrap();
+        let own = information.clone().try_inverse().unwrap();
         assert!((covariance[(0, 1)] - own[(0, 1)]).abs() < 1e-12);
+        // So do its rows one by one: together they have the parameters' information, and take three degrees of freedom.
+        let (mut sum, mut freedom) = (DMatrix::zeros(2, 2), 0.0);
+        for (_, gradient, by) in rows {
+            let rest = (by != 0.0).then_some((0, by));
+            let (gradient, by_error) = equations.beside_errors(&DVector::from_row_slice(&gradient), rest);
+            sum.ger(1.0, &gradient, &gradient, 1.0);
+            freedom += by_error + (&own * &gradient).dot(&gradient);
+        }
+        assert!((sum - information).amax() < 1e-12 && (freedom - 3.0).abs() < 1e-12, "{freedom}");
     }
 }
