@@ -1,6 +1,8 @@
 //! Many cases at once: one case with many values of its numbers.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
 use fre::case::Document;
 use fre::study::model::Options;
@@ -12,6 +14,7 @@ use rayon::prelude::*;
 use crate::case::{Case, Changes};
 use crate::error::{case_error, of_case, of_discretise, value};
 use crate::options::Words;
+use crate::signals::in_pool;
 use crate::solved::Solved;
 
 /// Most threads.
@@ -76,8 +79,9 @@ pub(crate) fn solve_many(
 ) -> PyResult<Vec<Solved>> {
     let batch = Batch::new(case, keys, &values, &options, threads)?;
     py.detach(|| {
-        batch.pool.install(|| {
-            let solve = |document: &mut Document, index| Solved::of(batch.case(document, index)?, &batch.options);
+        in_pool(&batch.pool, |stop| {
+            let look = || if stop.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+            let solve = |document: &mut Document, index| Solved::of(batch.case(document, index)?, &batch.options, look);
             let rows = (0..batch.rows.len()).into_par_iter();
             rows.with_max_len(4).map_init(|| (*batch.document).clone(), solve).collect()
         })

@@ -2,17 +2,14 @@
 
 use fre_gripper::bus::{Bus as Core, BusAddress, BusOptions};
 use fre_gripper::link::set;
-use fre_gripper::source::{Modelled, Source as _};
+use fre_gripper::source::{Modelled, Source as _, WAITING};
 use messages::{Finger, Settings};
 use pyo3::prelude::*;
 
 use crate::case::Case;
 use crate::error::{case_error, system, value};
+use crate::heard::Heard;
 use crate::options::Words;
-use crate::report::Heard;
-
-/// Messages that wait for a listener: a minute of four fingers at 500 Hz.
-const WAITING: usize = 1 << 17;
 
 /// A bus.
 #[pyclass(frozen, module = "fre._core")]
@@ -56,7 +53,7 @@ impl Bus {
         };
         py.detach(|| {
             let bus = Core::open(&address, &options).map_err(|error| system(&error))?;
-            let heard = Heard::new(bus.hear(WAITING));
+            let heard = Heard::new(bus.hear(WAITING)).map_err(|error| system(&error))?;
             Ok(Self { bus, heard })
         })
     }
@@ -69,6 +66,11 @@ impl Bus {
     /// The next report, event or grasp.
     fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.heard.next(py, timeout_s)
+    }
+
+    /// Messages that came and that nobody has read or will read.
+    fn unheard(&self) -> u64 {
+        self.heard.unread() + self.bus.statistics().unheard
     }
 
     /// Whether nothing more comes.

@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use fre::case::Document;
 use fre::draw;
-use fre::fit::calibrate::{Input, Loss, Noise, Parameter, Predictor, document, fit, fitted_finger, picture, text};
+use fre::fit::calibrate::{
+    FitError, Input, Loss, Noise, Parameter, Predictor, Reading, Readings, document, fit_watched, fitted_finger,
+    picture, text,
+};
 use fre::study::model::Precision;
 use model_core::drive::Drive;
 use pyo3::prelude::*;
@@ -13,6 +16,7 @@ use pyo3::prelude::*;
 use crate::case::Case;
 use crate::error::{case_error, of_discretise, value};
 use crate::options::{Words, word};
+use crate::signals::{Signals, stopped};
 
 /// The fields of Python's `Noise`.
 #[derive(FromPyObject)]
@@ -42,8 +46,73 @@ impl NoiseWords {
     }
 }
 
-/// Fits parameters; gives the JSON of `fre calibrate`, its text, the fitted finger's file and a picture.
+/// Measurements with their cases.
+fn input(
+    measurements: &[PathBuf],
+    documents: &[Arc<Document>],
+    noise: &NoiseWords,
+    both_ways: bool,
+) -> PyResult<Input> {
+    let named = documents.iter().enumerate().map(|(index, document)| {
+        let name = if documents.len() == 1 { "the case".to_owned() } else { format!("case {index}") };
+        (name, (**document).clone())
+    });
+    let input = Input::of(measurements, named.collect(), both_ways, Drive::Rotating);
+    let with_torques = noise.torque_sd_nmm.is_some();
+    let input = input.and_then(|input| if with_torques { Ok(input) } else { input.without_torques() });
+    input.map_err(|error| value(error.to_string()))
+}
+
+/// Lets each reading count as often as it was drawn, by its number through all runs. The finger passes the places of all others as well: with
+/// friction a force depends on the way there.
+fn draw_readings(runs: &mut [Readings], drawn: &[usize]) {
+    let mut counts = vec![0; runs.iter().map(|run| run.readings.len()).sum()];
+    for &number in drawn {
+        if let Some(count) = counts.get_mut(number) {
+            *count += 1;
+        }
+    }
+    let mut counts = counts.into_iter();
+    for run in runs {
+        let readings = std::mem::take(&mut run.readings).into_iter().zip(&mut counts);
+        run.readings = readings
+            .flat_map(|(reading, count)| match count {
+                0 => vec![Reading { force_n: None, torque_nmm: None, front_mm: Vec::new(), ..reading }],
+                count => vec![reading; count],
+            })
+            .collect();
+    }
+}
+
+/// Number of the readings from which a bootstrap draws.
 #[pyfunction]
+pub(crate) fn count_readings(
+    py: Python<'_>,
+    measurements: Vec<PathBuf>,
+    cases: Vec<PyRef<'_, Case>>,
+    noise: NoiseWords,
+    both_ways: bool,
+) -> PyResult<usize> {
+    if cases.iter().any(|case| !case.case.finger.prony.is_empty()) {
+        let key = "finger.material.prony";
+        let message = format!(
+            "{key}: a bootstrap draws each reading without regard to the others, but with memory each depends on those before it; allowed is an \
+             elastic material"
+        );
+        return Err(case_error(message, Some(key), None));
+    }
+    let documents: Vec<Arc<Document>> = cases.iter().map(|case| case.document()).collect();
+    py.detach(|| {
+        let input = input(&measurements, &documents, &noise, both_ways)?;
+        Ok(input.runs.iter().map(|run| run.readings.len()).sum())
+    })
+}
+
+/// Fits parameters, to some of the readings if they are drawn; gives the JSON of `fre calibrate`, its text, the fitted finger's file and a
+/// picture.
+#[pyfunction]
+#[pyo3(signature = (measurements, cases, parameters, noise, both_ways, options, drawn = None))]
+#[expect(clippy::too_many_arguments, reason = "the arguments of Python's `calibrate`, by their names there")]
 pub(crate) fn calibrate(
     py: Python<'_>,
     measurements: Vec<PathBuf>,
@@ -52,24 +121,21 @@ pub(crate) fn calibrate(
     noise: NoiseWords,
     both_ways: bool,
     options: Words,
+    drawn: Option<Vec<usize>>,
 ) -> PyResult<(String, String, String, String)> {
     let options = options.options()?;
     if options.precision != Precision::F64 {
         return Err(case_error("precision = \"f32\": a fit needs f64", Some("precision"), None));
     }
-    let with_torques = noise.torque_sd_nmm.is_some();
-    let noise = noise.noise()?;
+    let deviations = noise.noise()?;
     let words: Vec<(&str, Parameter)> = Parameter::ALL.map(|parameter| (parameter.word(), parameter)).to_vec();
     let parameters = parameters.iter().map(|found| word("fit", found, &words)).collect::<PyResult<Vec<Parameter>>>()?;
     let documents: Vec<Arc<Document>> = cases.iter().map(|case| case.document()).collect();
     py.detach(|| {
-        let named = documents.iter().enumerate().map(|(index, document)| {
-            let name = if documents.len() == 1 { "the case".to_owned() } else { format!("case {index}") };
-            (name, (**document).clone())
-        });
-        let input = Input::of(&measurements, named.collect(), both_ways, Drive::Rotating);
-        let input = input.and_then(|input| if with_torques { Ok(input) } else { input.without_torques() });
-        let input = input.map_err(|error| value(error.to_string()))?;
+        let mut input = input(&measurements, &documents, &noise, both_ways)?;
+        if let Some(drawn) = drawn {
+            draw_readings(&mut input.runs, &drawn);
+        }
         let design = &input.finger.design;
         for (index, parameter) in parameters.iter().enumerate() {
             if parameters[..index].contains(parameter) {
@@ -81,7 +147,12 @@ pub(crate) fn calibrate(
         }
         let (discretisation, drive, prony) = (options.discretisation, input.drive, input.finger.prony.as_slice());
         let model = Predictor { design, discretisation, drive, prony };
-        let found = fit(&model, &input.runs, &parameters, &noise).map_err(|error| of_discretise(&error))?;
+        let mut signals = Signals::new();
+        let found = fit_watched(&model, &input.runs, &parameters, &deviations, |_| signals.look());
+        let found = signals.or(found.map_err(|error| match error {
+            FitError::Discretise(error) => of_discretise(&error),
+            FitError::Stopped(()) => stopped(),
+        }))?;
         let json = document(&input, &found).to_string();
         let scene = picture(&input.finger.name, &input.runs, &found);
         Ok((json, text(&input, &found), fitted_finger(&input, &found), draw::svg(&scene)))

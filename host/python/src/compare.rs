@@ -1,16 +1,17 @@
 //! A case against finite elements or measurements.
 
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-use fre::compare::{CompareError, Comparison, Order, with_elements_watched, with_measurements};
+use fre::compare::{CompareError, Comparison, Order, with_elements_watched, with_measurements_watched};
 use fre::draw;
 use fre::fit::measured::Measured;
+use fre::study::run::Progress;
 use pyo3::prelude::*;
 
 use crate::case::Case;
 use crate::error::{of_discretise, system, value};
 use crate::options::{Words, word};
+use crate::signals::{Signals, stopped};
 
 /// JSON, text and picture of a comparison.
 type Compared = (String, String, Option<String>);
@@ -24,6 +25,7 @@ fn refused(error: CompareError) -> PyErr {
     match error {
         CompareError::Discretise(error) => of_discretise(&error),
         CompareError::Fea(error) => system(&error),
+        CompareError::Stopped => stopped(),
         error => value(error.to_string()),
     }
 }
@@ -42,8 +44,10 @@ pub(crate) fn compare_measured(
     let mut case = (*case.case).clone();
     py.detach(|| {
         let measured = Measured::read(&file).map_err(|error| value(error.to_string()))?;
-        let compared = with_measurements(&mut case, &options, &measured, &file, order).map_err(refused)?;
-        written(&case, compared)
+        let mut signals = Signals::new();
+        let look = |_: Progress<'_>| signals.look();
+        let compared = with_measurements_watched(&mut case, &options, &measured, &file, order, look).map_err(refused);
+        written(&case, signals.or(compared)?)
     })
 }
 
@@ -60,14 +64,8 @@ pub(crate) fn compare_elements(
     let case = case.case.clone();
     py.detach(|| {
         // Ctrl-C ends CalculiX, too.
-        let mut interrupted = None;
-        let compared = with_elements_watched(&case, &options, mesh, &folder, |_| {
-            interrupted = Python::attach(|py| py.check_signals()).err();
-            if interrupted.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        });
-        match interrupted {
-            Some(signal) => Err(signal),
-            None => written(&case, compared.map_err(refused)?),
-        }
+        let mut signals = Signals::new();
+        let compared = with_elements_watched(&case, &options, mesh, &folder, |_| signals.look()).map_err(refused);
+        written(&case, signals.or(compared)?)
     })
 }

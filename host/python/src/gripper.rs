@@ -1,28 +1,77 @@
 //! A gripper behind its link.
 
-use fre_gripper::link::{Address, Link, pairs, set};
-use fre_gripper::source::Source as _;
-use messages::{Finger, GripTo, Object, Which};
+use std::io;
+use std::sync::Arc;
+use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+
+use fre_gripper::link::{Address, Link, SIGN_OF_LIFE, pairs, set};
+use fre_gripper::source::{Order, OrderError, Source as _, WAITING};
+use messages::{CloseTo, Finger, GripTo, Object, Which};
 use model_core::discretise::{Discretisation, Physics};
 use pyo3::prelude::*;
 
 use crate::case::Case;
 use crate::error::{system, value};
+use crate::heard::Heard;
 use crate::options::word;
-use crate::report::Heard;
-
-/// Messages that wait for a listener: a minute of four fingers at 500 Hz.
-const WAITING: usize = 1 << 17;
 
 /// A connection to a gripper.
 #[pyclass(frozen, module = "fre._core")]
 pub(crate) struct Gripper {
-    link: Link,
+    link: Arc<Link>,
     heard: Heard,
+    /// Dropped last: its thread has a share in the link.
+    _signs: Signs,
+}
+
+/// Signs of life, given until this is dropped: a gripper may stop the motions of a host that is gone (`on_silence`), and a program that waits
+/// for a motion asks nothing. The thread never needs the interpreter.
+struct Signs {
+    stop: Option<SyncSender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Signs {
+    fn of(link: Arc<Link>) -> io::Result<Self> {
+        let (stop, stopped) = sync_channel(0);
+        let thread = std::thread::Builder::new().name("signs of life".into()).spawn(move || {
+            // Nothing is sent: the wait is cut short when the sender is dropped.
+            let wait = || stopped.recv_timeout(SIGN_OF_LIFE) == Err(RecvTimeoutError::Timeout);
+            link.sign();
+            while wait() && !link.is_closed() {
+                link.sign();
+            }
+        })?;
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
+    }
+}
+
+impl Drop for Signs {
+    fn drop(&mut self) {
+        drop(self.stop.take());
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
 }
 
 fn which(finger: Option<u8>) -> Which {
     finger.map_or(Which::All, Which::One)
+}
+
+impl Gripper {
+    /// Gives an order. Reports of before it are not read any more: they say nothing about it.
+    fn order(&self, py: Python<'_>, order: &Order) -> PyResult<()> {
+        py.detach(|| {
+            let obeyed = self.link.order(order);
+            // Where a finger has not obeyed, the others have.
+            if let Ok(()) | Err(OrderError::Silent(_)) = obeyed {
+                self.heard.forget(self.link.counters().map_err(|error| system(&error))?.uptime_us);
+            }
+            obeyed.map_err(|error| system(&error))
+        })
+    }
 }
 
 #[pymethods]
@@ -32,9 +81,10 @@ impl Gripper {
     fn new(py: Python<'_>, address: &str) -> PyResult<Self> {
         let address: Address = address.parse().map_err(|error| value(format!("address: {error}")))?;
         py.detach(|| {
-            let link = Link::open(&address).map_err(|error| system(&error))?;
-            let heard = Heard::new(link.hear(WAITING));
-            Ok(Self { link, heard })
+            let link = Arc::new(Link::open(&address).map_err(|error| system(&error))?);
+            let heard = Heard::new(link.hear(WAITING)).map_err(|error| system(&error))?;
+            let signs = Signs::of(link.clone()).map_err(|error| system(&error))?;
+            Ok(Self { link, heard, _signs: signs })
         })
     }
 
@@ -94,7 +144,7 @@ impl Gripper {
             speed: speed_deg_per_s.map(f32::to_radians),
             limit: limit_deg.map(f32::to_radians),
         };
-        py.detach(|| self.link.grip(&to).map_err(|error| system(&error)))
+        self.order(py, &Order::Grip(to))
     }
 
     /// Closes to a motor angle.
@@ -106,27 +156,32 @@ impl Gripper {
         speed_deg_per_s: Option<f32>,
     ) -> PyResult<()> {
         let (angle, speed) = (angle_deg.to_radians(), speed_deg_per_s.map(f32::to_radians));
-        py.detach(|| self.link.close(which(finger), angle, speed).map_err(|error| system(&error)))
+        self.order(py, &Order::Close(CloseTo { fingers: which(finger), angle, speed }))
     }
 
     /// Opens.
     fn release(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
-        py.detach(|| self.link.open_fingers(which(finger)).map(|_| ()).map_err(|error| system(&error)))
+        self.order(py, &Order::Open(which(finger)))
     }
 
     /// Stays where it is.
     fn hold(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
-        py.detach(|| self.link.hold(which(finger)).map(|_| ()).map_err(|error| system(&error)))
+        self.order(py, &Order::Hold(which(finger)))
     }
 
     /// Switches the torque off.
     fn relax(&self, py: Python<'_>, finger: Option<u8>) -> PyResult<()> {
-        py.detach(|| self.link.relax(which(finger)).map(|_| ()).map_err(|error| system(&error)))
+        self.order(py, &Order::Relax(which(finger)))
     }
 
     /// The next report, event or grasp.
     fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
         self.heard.next(py, timeout_s)
+    }
+
+    /// Messages that came and that nobody has read or will read.
+    fn unheard(&self) -> u64 {
+        self.heard.unread() + self.link.statistics().unheard
     }
 
     /// Whether the other end is gone.

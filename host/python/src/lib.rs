@@ -13,10 +13,12 @@ mod error;
 mod estimator;
 mod follower;
 mod gripper;
+mod heard;
 mod optimise;
 mod options;
 mod recording;
 mod report;
+mod signals;
 mod solved;
 mod sweep;
 mod text;
@@ -28,7 +30,7 @@ mod _core {
     #[pymodule_export]
     use super::bus::Bus;
     #[pymodule_export]
-    use super::calibrate::calibrate;
+    use super::calibrate::{calibrate, count_readings};
     #[pymodule_export]
     use super::case::{Case, preset, presets};
     #[pymodule_export]

@@ -1,7 +1,5 @@
-//! Reports of a gripper or a bus, as Python takes them, and a source that is listened to.
+//! Reports of a gripper or a bus, as Python takes them.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use fre_gripper::record::{COLUMNS, Cell};
@@ -13,7 +11,7 @@ use pyo3::types::{PyFloat, PyInt, PyString, PyTuple};
 use crate::error::case_error;
 
 /// A report's columns, in their order.
-pub(crate) fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyTuple>> {
+fn cells<'py>(py: Python<'py>, report: &Report) -> PyResult<Bound<'py, PyTuple>> {
     let cell = |(_, of): &(&str, fn(&Report) -> Cell)| match of(report) {
         Cell::Integer(value) => PyInt::new(py, value).into_any(),
         Cell::Number(value) => PyFloat::new(py, value.into()).into_any(),
@@ -38,49 +36,19 @@ fn grasp<'py>(py: Python<'py>, grasp: &Grasp) -> PyResult<Bound<'py, PyAny>> {
     Ok((own, free, margin).into_pyobject(py)?.into_any())
 }
 
-/// What a source reports, one after the other.
-pub(crate) struct Heard(Mutex<Receiver<Told>>);
-
-/// How long one wait lasts before Python is asked whether it goes on.
-const GLANCE: Duration = Duration::from_millis(100);
-
 /// A time of a person.
 pub(crate) fn seconds(key: &str, seconds: f64) -> PyResult<Duration> {
     Duration::try_from_secs_f64(seconds)
         .map_err(|_| case_error(format!("{key} = {seconds}: allowed is 0 and more"), Some(key), None))
 }
 
-impl Heard {
-    /// Listens.
-    pub(crate) fn new(receiver: Receiver<Told>) -> Self {
-        Self(Mutex::new(receiver))
-    }
-
-    /// The next report, an event as its time (µs) and its words, or a grasp as its own, a free object's and the margin's numbers; none if
-    /// nothing came in time or nothing comes any more.
-    pub(crate) fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let end = std::time::Instant::now() + seconds("timeout_s", timeout_s)?;
-        loop {
-            let heard = py.detach(|| {
-                let left = end.saturating_duration_since(std::time::Instant::now());
-                self.0.lock().unwrap_or_else(PoisonError::into_inner).recv_timeout(left.min(GLANCE))
-            });
-            match heard {
-                Ok(Told::Report(report)) => return Ok(Some(cells(py, &report)?.into_any())),
-                Ok(Told::Event(notice)) => {
-                    let told = (notice.time_us, notice.event.to_string());
-                    return Ok(Some(told.into_pyobject(py)?.into_any()));
-                }
-                Ok(Told::Grasp(of)) => return Ok(Some(grasp(py, &of)?)),
-                Ok(Told::Shape(_) | Told::Setup(_)) => {}
-                Err(RecvTimeoutError::Disconnected) => return Ok(None),
-                Err(RecvTimeoutError::Timeout) => {
-                    py.check_signals()?;
-                    if std::time::Instant::now() >= end {
-                        return Ok(None);
-                    }
-                }
-            }
-        }
-    }
+/// A report, an event as its time (µs) and its words, or a grasp as its own, a free object's and the margin's numbers; none of what Python does
+/// not take.
+pub(crate) fn python<'py>(py: Python<'py>, told: &Told) -> PyResult<Option<Bound<'py, PyAny>>> {
+    Ok(Some(match told {
+        Told::Report(report) => cells(py, report)?.into_any(),
+        Told::Event(notice) => (notice.time_us, notice.event.to_string()).into_pyobject(py)?.into_any(),
+        Told::Grasp(of) => grasp(py, of)?,
+        Told::Shape(_) | Told::Setup(_) => return Ok(None),
+    }))
 }

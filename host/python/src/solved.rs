@@ -1,12 +1,13 @@
 //! A solved case.
 
+use std::ops::ControlFlow;
 use std::sync::OnceLock;
 
 use fre::draw;
 use fre::study::json::Row;
 use fre::study::model::Options;
 use fre::study::pictures::{self, Kind};
-use fre::study::run::{self, Run};
+use fre::study::run::{self, Run, Unsolved};
 use fre::study::{csv, json, text};
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyIndexError;
@@ -15,6 +16,7 @@ use pyo3::prelude::*;
 use crate::case::Case;
 use crate::error::{of_discretise, value};
 use crate::options::{Words, word};
+use crate::signals::{Signals, stopped};
 
 /// A case's results, one per place of its motion.
 #[pyclass(frozen, module = "fre._core")]
@@ -27,10 +29,17 @@ pub(crate) struct Solved {
     run: OnceLock<Run>,
 }
 
+fn solved(case: &Case, options: &Options, mut look: impl FnMut() -> ControlFlow<()>) -> PyResult<Run> {
+    run::solve_watched(&case.case, options, |_| look()).map_err(|error| match error {
+        Unsolved::Discretise(error) => of_discretise(&error),
+        Unsolved::Stopped(()) => stopped(),
+    })
+}
+
 impl Solved {
-    /// Solves a case.
-    pub(crate) fn of(case: Case, options: &Options) -> PyResult<Self> {
-        let run = run::solve(&case.case, options).map_err(|error| of_discretise(&error))?;
+    /// Solves a case, looking after every place whether to go on.
+    pub(crate) fn of(case: Case, options: &Options, look: impl FnMut() -> ControlFlow<()>) -> PyResult<Self> {
+        let run = solved(&case, options, look)?;
         Ok(Self { case, options: *options, read: None, run: run.into() })
     }
 
@@ -39,7 +48,9 @@ impl Solved {
         if let Some(run) = self.run.get() {
             return Ok(run);
         }
-        let run = run::solve(&self.case.case, &self.options).map_err(|error| of_discretise(&error))?;
+        let mut signals = Signals::new();
+        let run = solved(&self.case, &self.options, || signals.look());
+        let run = signals.or(run)?;
         Ok(self.run.get_or_init(|| run))
     }
 
@@ -191,5 +202,9 @@ impl Solved {
 pub(crate) fn solve(py: Python<'_>, case: &Case, options: Words) -> PyResult<Solved> {
     let options = options.options()?;
     let case = case.clone();
-    py.detach(|| Solved::of(case, &options))
+    py.detach(|| {
+        let mut signals = Signals::new();
+        let solved = Solved::of(case, &options, || signals.look());
+        signals.or(solved)
+    })
 }

@@ -28,6 +28,7 @@ from fre import measures  # noqa: E402
 from fre.optimisation import Problem, optimise  # noqa: E402
 
 RADII = np.linspace(35.0, 45.0, 41)
+REDUCED = fre.Options(elements="reduced")
 ARGUMENTS: dict[str, Any] = {"node_ip_address": "127.0.0.1", "object_store_memory": 80 << 20, "include_dashboard": False}
 
 
@@ -126,6 +127,45 @@ def test_a_bootstrap_scatters_as_the_noise_does(nodes: Any, case: fre.Case, tmp_
     assert found.shape == (24, 1) and 0.4 * expected < found.std() < 2.5 * expected
     again = many.bootstrap(csv, case, ["youngs-modulus"], samples=24, noise=fre.Noise(force_sd_n=0.05), options=reduced)
     np.testing.assert_array_equal(found, again)
+
+
+def measured(case: fre.Case, opening: float) -> list[tuple[float, float]]:
+    """Angles and forces of a finger that closes and opens again. While it opens, its forces are the model's times a factor."""
+    angles = np.arange(2.0, 8.01, 0.5)
+    forces = fre.solve(case.with_motion(fre.Rotation(angles)), REDUCED).force_magnitude_n
+    closing = list(zip(angles.tolist(), forces.tolist()))
+    return [*closing, *((angle, opening * force) for angle, force in closing[-2::-1])]
+
+
+def test_a_bootstrap_fits_what_a_calibration_fits(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:
+    rows = measured(case, opening=0.8)
+    csv = tmp_path / "forces.csv"
+    csv.write_text("motor_angle_deg,force_n\n" + "".join(f"{angle},{force}\n" for angle, force in rows))
+    fit = ["youngs-modulus"]
+    for both_ways in (False, True):
+        expected = fre.calibrate(csv, case, fit, both_ways=both_ways, options=REDUCED).parameter(fit[0])
+        found = many.bootstrap(csv, case, fit, samples=4, both_ways=both_ways, options=REDUCED)
+        assert abs(found.mean() - expected["value"]) < 0.05 * expected["value"], (both_ways, found, expected)
+    closing = many.bootstrap(csv, case, fit, samples=4, options=REDUCED)
+    # Without noise every drawn reading says the same.
+    assert np.ptp(closing) < 1e-3 * closing.mean() and found.mean() < 0.97 * closing.mean()
+    # The same file as spreadsheets and people write it.
+    lines = ["# measured on Monday", "", "sep=;", "motor_angle_deg;force_n", "# closing"]
+    lines += [f"{angle};{force}".replace(".", ",") for angle, force in rows]
+    other = tmp_path / "other.csv"
+    other.write_bytes("\r\n".join(lines).encode("utf-16"))
+    np.testing.assert_array_equal(many.bootstrap(other, case, fit, samples=4, options=REDUCED), closing)
+
+
+def test_a_bootstrap_refuses_a_material_with_memory(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:
+    csv = tmp_path / "forces.csv"
+    rows = "".join(f"{angle},{force},{time}\n" for time, (angle, force) in enumerate(measured(case, opening=1.0)))
+    csv.write_text("motor_angle_deg,force_n,time_s\n" + rows)
+    slow = fre.Case(case.finger.with_values({"material.prony": [[0.2, 5.0]]}), case.object, case.motion)
+    assert fre.calibrate(csv, slow, ["youngs-modulus"], options=REDUCED).converged
+    with pytest.raises(fre.CaseError, match="a bootstrap draws each reading without regard to the others") as error:
+        many.bootstrap(csv, slow, ["youngs-modulus"], samples=2, options=REDUCED)
+    assert error.value.key == "finger.material.prony"
 
 
 def test_a_search_is_that_of_one_machine(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:

@@ -117,8 +117,8 @@ def test_a_recording_is_read_as_columns(program: str, bus_port: str, case_file: 
 
 
 @pytest.fixture
-def gripper(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iterator[fre.Gripper]:
-    """The real firmware in QEMU, its servo simulated."""
+def link(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iterator[str]:
+    """Where a gripper is: the real firmware in QEMU, its servo simulated."""
     image, qemu = os.environ.get("FRE_FIRMWARE_ELF"), shutil.which("qemu-system-arm")
     assert image and qemu, "FRE_FIRMWARE_ELF names no firmware, or there is no QEMU: run `cargo xtask test python`"
     words = [qemu, "-machine", "mps2-an500", "-display", "none", "-monitor", "none"]
@@ -133,13 +133,35 @@ def gripper(program: str, case_file: pathlib.Path, folder: pathlib.Path) -> Iter
     process = servo(
         program, case_file, "--connect-unix", str(folder / "bus"), "--start-deg", "-1", "--clock", "requests", "--highest-deg", "14"
     )
-    yield fre.Gripper(f"unix:{folder / 'link'}")
+    yield f"unix:{folder / 'link'}"
     for running in (process, board):
         running.terminate()
         running.wait(10)
 
 
-def test_a_gripper_grips_and_releases(gripper: fre.Gripper, case: fre.Case) -> None:
+def follow(gripper: fre.Gripper, wanted: Callable[[fre.Report], bool]) -> fre.Report:
+    """The first report that is wanted."""
+    end = time.monotonic() + PATIENCE_S
+    for report in gripper.reports(timeout_s=PATIENCE_S):
+        if wanted(report):
+            return report
+        assert time.monotonic() < end, report
+    raise AssertionError("the link has closed")
+
+
+def insist(order: Callable[[], None]) -> None:
+    """Gives an order until it is obeyed: a busy PC loses the servo for a moment now and then."""
+    end = time.monotonic() + PATIENCE_S
+    while True:
+        try:
+            return order()
+        except OSError:
+            assert time.monotonic() < end
+            time.sleep(0.2)
+
+
+def test_a_gripper_grips_and_releases(link: str, case: fre.Case) -> None:
+    gripper = fre.Gripper(link)
     assert gripper.info.version["board"] == "mps2"
     gripper.set({"role": "master", "finger.0.zero_counts": 2048, "on_fault": "hold"})
     assert gripper.settings["finger.0.zero_counts"] == "2048"
@@ -149,26 +171,62 @@ def test_a_gripper_grips_and_releases(gripper: fre.Gripper, case: fre.Case) -> N
     assert error.value.key == "finger.0.speed"
     with pytest.raises(OSError):
         gripper.grip(force_n=-3.0)
-
-    def follow(wanted: Callable[[fre.Report], bool]) -> fre.Report:
-        end = time.monotonic() + PATIENCE_S
-        for report in gripper.reports(timeout_s=PATIENCE_S):
-            if wanted(report):
-                return report
-            assert time.monotonic() < end, report
-        raise AssertionError("the link has closed")
-
-    # A busy PC loses the servo for a moment now and then: what is asked meanwhile is refused.
-    end = time.monotonic() + PATIENCE_S
-    while True:
-        try:
-            gripper.grip(force_n=3.0, speed_deg_per_s=20.0)
-            break
-        except OSError:
-            assert time.monotonic() < end
-            time.sleep(0.2)
-    report = follow(lambda report: report.phase == "gripped")
+    insist(lambda: gripper.grip(force_n=3.0, speed_deg_per_s=20.0))
+    report = follow(gripper, lambda report: report.phase == "gripped")
     assert abs(report.force_magnitude_n - 3.0) < 0.15 and report.status.is_trustworthy
-    gripper.release()
-    follow(lambda report: report.status.is_trustworthy and report.force_magnitude_n < 0.5)
+    # Reports of the grip that nobody reads say nothing about what is ordered next.
+    time.sleep(1.0)
+    before_us = gripper.info.counters.uptime_us
+    insist(gripper.release)
+    first = follow(gripper, lambda _: True)
+    assert first.time_us > before_us and first.phase != "gripped" and gripper.unheard > 0
+    follow(gripper, lambda report: report.status.is_trustworthy and report.force_magnitude_n < 0.5)
     assert not gripper.is_closed
+
+
+def test_a_finger_that_does_not_obey_is_named(link: str) -> None:
+    gripper = fre.Gripper(link)
+    # There is no second servo.
+    servos = {"finger.0.servo_id": 1, "finger.1.servo_id": 2}
+    gripper.set({"role": "master", **servos, "finger.0.zero_counts": 2048, "finger.1.zero_counts": 2048})
+    insist(lambda: gripper.hold(0))
+    for order in (gripper.hold, gripper.release, gripper.relax):
+
+        def both() -> None:
+            try:
+                order()
+            except OSError as error:
+                if "finger 1" not in str(error):
+                    raise
+            else:
+                raise AssertionError("a finger without a servo has obeyed")
+
+        insist(both)
+
+
+def threads() -> list[str]:
+    """Names of this program's threads that belong to a gripper; those of other tests have ended."""
+    names = [path.read_text().strip() for path in pathlib.Path("/proc/self/task").glob("*/comm")]
+    return [name for name in names if name in ("link", "reports", "signs of life")]
+
+
+def test_a_program_that_waits_counts_as_alive_and_one_that_has_ended_does_not(link: str, case: fre.Case) -> None:
+    gripper = fre.Gripper(link)
+    gripper.set({"role": "master", "finger.0.zero_counts": 2048, "on_silence": "hold", "silence_ms": 1000})
+    gripper.set_case(case)
+    # A servo that a busy PC loses stops the motion as well. The silence would end each within some 2 of the 9 degrees.
+    for _ in range(3):
+        insist(lambda: gripper.close_to(8.0, speed_deg_per_s=2.0))
+        report = follow(gripper, lambda report: report.phase != "moving" or report.goal_deg > 7.9)
+        if report.phase == "moving":
+            break
+    assert report.phase == "moving", report
+    assert sorted(threads()) == ["link", "reports", "signs of life"]
+    insist(lambda: gripper.close_to(-1.0, speed_deg_per_s=2.0))
+    del gripper
+    end = time.monotonic() + PATIENCE_S
+    while threads():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    time.sleep(2.0)
+    assert follow(fre.Gripper(link), lambda report: report.phase == "held").goal_deg > 0.0

@@ -21,7 +21,7 @@ import ray
 from numpy.typing import NDArray
 
 from . import _core
-from .calibration import Noise, calibrate
+from .calibration import Noise
 from .case import Case, CaseLike
 from .optimisation import MOST, STARTS, TOLERANCE, Optimum, Problem
 from .options import DEFAULT, Options
@@ -142,24 +142,32 @@ def bootstrap(
     samples: int = 200,
     noise: Noise = Noise(),
     *,
+    both_ways: bool = False,
     seed: int = 0,
     options: Options = DEFAULT,
 ) -> NDArray[np.float64]:
-    """Fits a file of measurements again and again, to rows drawn from it with replacement: an uncertainty that does not rest on the
-    stated noise. A row per sample, a column per parameter; the same for the same seed, whatever the cluster."""
-    text = Case.of(case).toml()
-    head, *rows = pathlib.Path(measurements).read_text(encoding="utf-8").splitlines()
+    """Fits a file of measurements again and again, to readings drawn from it with replacement: an uncertainty that does not rest on the
+    stated noise. A row per sample, a column per parameter; the same for the same seed, whatever the cluster.
+
+    The readings are those of ``fre.calibrate``: rows of an opening motion are left out unless ``both_ways``. A material with memory is
+    refused: its readings depend on each other.
+    """
+    case, path = Case.of(case), pathlib.Path(measurements)
+    count = _core.count_readings([os.fspath(path)], [case._case], noise, both_ways)
+    text, data = case.toml(), path.read_bytes()
     size = max(1, samples // 64)
 
     def fits(numbers: range) -> NDArray[np.float64]:
         found = []
         with tempfile.TemporaryDirectory(prefix="fre-bootstrap-") as folder:
+            file = pathlib.Path(folder) / path.name
+            file.write_bytes(data)
             for number in numbers:
-                drawn = np.random.default_rng([seed, number]).integers(0, len(rows), len(rows))
-                file = pathlib.Path(folder) / "drawn.csv"
-                file.write_text("\n".join([head, *(rows[row] for row in sorted(drawn))]) + "\n", encoding="utf-8")
-                one = calibrate(file, Case.parse(text), fit, noise, both_ways=True, options=options)
-                found.append([one.parameter(name)["value"] for name in fit])
+                drawn = np.random.default_rng([seed, number]).integers(0, count, count).tolist()
+                cases = [Case.parse(text)._case]
+                fitted, *_ = _core.calibrate([os.fspath(file)], cases, list(fit), noise, both_ways, options, drawn)
+                values = {one["parameter"]: one["value"] for one in json.loads(fitted)["parameters"]}
+                found.append([values[name] for name in fit])
         return np.array(found)
 
     tasks = [range(first, min(first + size, samples)) for first in range(0, samples, size)]

@@ -141,7 +141,7 @@ def _told(heard: tuple[Any, ...] | None) -> Told | None:
 
 
 class _Source:
-    """What reports and events come from."""
+    """What reports and events come from. What nobody reads waits: 131,072 messages, the newest ones."""
 
     _core: _core.Gripper | _core.Bus
 
@@ -156,13 +156,24 @@ class _Source:
                 yield told
 
     @property
+    def unheard(self) -> int:
+        """Reports, events and grasps that came and that nobody has read or will read: newer ones took their place, or an order was
+        given after them."""
+        return self._core.unheard()
+
+    @property
     def is_closed(self) -> bool:
         """Whether nothing more comes."""
         return self._core.is_closed()
 
 
 class Gripper(_Source):
-    """A connection to a gripper. ``OSError`` is what the link or the gripper refuses.
+    """A connection to a gripper. ``OSError`` is what the link or the gripper refuses, and names the fingers that have not obeyed.
+
+    An order (``grip``, ``close_to``, ``release``, ``hold``, ``relax``) returns when it begins. Reports and grasps of before it are not
+    read any more, so that the next report is one of this order; events stay, each with its time.
+
+    While this object lives, the gripper gets signs of life: ``on_silence`` is for a program that has ended or was cut off.
 
     >>> gripper = fre.Gripper("/dev/ttyACM0")              # doctest: +SKIP
     >>> gripper.set_case("case.toml")                      # doctest: +SKIP
@@ -206,7 +217,7 @@ class Gripper(_Source):
         speed_deg_per_s: float | None = None,
         limit_deg: float | None = None,
     ) -> None:
-        """Closes until a force on the object is reached, and keeps it. Returns when it begins, as all that follow."""
+        """Closes until a force on the object is reached, and keeps it."""
         self._core.grip(force_n, finger, speed_deg_per_s, limit_deg)
 
     def close_to(self, angle_deg: float, finger: int | None = None, *, speed_deg_per_s: float | None = None) -> None:
