@@ -4,14 +4,14 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
-use messages::{Event, Mount, Object, Phase, Which};
+use messages::{Event, Mount, Object, Phase, Which, Why};
 use model_core::identify::{IdentifyError, Unknown};
 use model_core::object::ObjectDesign;
 
 use crate::exit::UNTRUSTWORTHY;
 use crate::output::put_out;
 use fre_gripper::identify::{Error, Found, Motion, open_angle};
-use fre_gripper::link::{Link, Told};
+use fre_gripper::link::{Link, Told, alive};
 
 /// Close on a round object, and find its height or radius from the motor
 ///
@@ -104,10 +104,12 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Box<dyn std::error::Err
         return Err(room(finger, &mount, open.to_degrees()).into());
     }
 
-    link.open_fingers(Which::One(finger))?;
-    go(link, &mount, finger, mount.open_angle, patience)?;
-    link.close(Which::One(finger), args.to_deg.to_radians(), Some(args.speed_deg_per_s.to_radians()))?;
-    let motion = go(link, &mount, finger, args.to_deg.to_radians(), patience)?;
+    let motion = alive(link, || {
+        link.open_fingers(Which::One(finger))?;
+        go(link, &mount, finger, mount.open_angle, &OPENING, patience)?;
+        link.close(Which::One(finger), args.to_deg.to_radians(), Some(args.speed_deg_per_s.to_radians()))?;
+        go(link, &mount, finger, args.to_deg.to_radians(), &CLOSING, patience)
+    })?;
     match motion.identify(&design, &mount, object, args.unknown.into(), args.range_mm) {
         Ok(found) => {
             put_out(&words(args.unknown, &found))?;
@@ -159,12 +161,24 @@ fn words(unknown: Word, found: &Found) -> String {
     )
 }
 
-/// Follows a motion until the finger is there, or no longer moves.
+/// Phases of a finger that opens.
+const OPENING: [Phase; 1] = [Phase::Released(Why::Asked)];
+/// Phases of one that closes: it moves, or the object has stopped it. An object that is not where the gripper has it may spoil the estimate.
+const CLOSING: [Phase; 5] = [
+    Phase::Moving,
+    Phase::Held(Why::Stall),
+    Phase::Held(Why::Current),
+    Phase::Held(Why::Force),
+    Phase::Held(Why::Estimate),
+];
+
+/// Follows a motion until the finger is there, or no longer moves. In any other phase than these it does something else, and that is an error.
 fn go(
     link: &Link,
     mount: &Mount,
     finger: u8,
     target: f32,
+    phases: &[Phase],
     patience: Duration,
 ) -> Result<Motion, Box<dyn std::error::Error>> {
     // Nearer than this it is there: a loaded motor stays behind.
@@ -188,8 +202,13 @@ fn go(
                 }
                 let is_led = (report.goal - target).abs() < 1e-4;
                 let is_there = (calibration.angle(report.position) - f64::from(target)).abs() < THERE;
-                let ends = matches!(report.phase, Phase::Held(_)) || (is_led && (is_there || still > STANDS));
-                if ends && still > STANDS / 4 {
+                let is_held = matches!(report.phase, Phase::Held(_));
+                let is_meant = phases.contains(&report.phase);
+                // Not at once: a report may be older than the order.
+                if still > STANDS / 4 && !is_meant {
+                    return Err(format!("finger {finger} did not finish its motion; it is {}", report.phase).into());
+                }
+                if still > STANDS / 4 && (is_held || (is_led && (is_there || still > STANDS))) {
                     return Ok(motion);
                 }
             }

@@ -98,17 +98,16 @@ pub fn run(args: &Args) -> ExitCode {
 #[cfg(feature = "ros2")]
 mod run {
     use std::path::Path;
-    use std::sync::Arc;
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
     use fre_gripper::record::{Recording, Speed, beginning};
     use fre_gripper::source::{Origin, Setup};
     use fre_ros2::{Mapping, Node, Options, Qos, linger, live, replay, wait_for_subscribers};
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
     use super::{Args, MappingWord, QosWord};
     use crate::output::put_out;
+    use crate::signals::stop_flag;
 
     type Failure = Box<dyn std::error::Error>;
 
@@ -116,10 +115,7 @@ mod run {
     pub(super) fn node(args: &Args) -> Result<(), Failure> {
         let options = options(args)?;
         let length = args.seconds.map(|seconds| time("--seconds", seconds)).transpose()?;
-        let stop = Arc::new(AtomicBool::new(false));
-        for signal in [SIGINT, SIGTERM, SIGHUP] {
-            signal_hook::flag::register(signal, stop.clone())?;
-        }
+        let stop = stop_flag()?;
         let node = match &args.file {
             Some(file) => recorded(args, file, &options, &stop)?,
             None => {

@@ -104,8 +104,10 @@ fn a_recording_is_told_with_its_own_times() {
     assert_eq!(heard.len(), 500);
     for (at, (seconds, force)) in heard.iter().enumerate() {
         assert_eq!(force.as_f64(), Some(at as f64));
-        // Of when it was recorded, not of the faster play. (A double of this many seconds has 0.2 µs.)
-        assert!((seconds - heard[0].0 - 0.002 * at as f64).abs() < 1e-6, "{at}");
+        // Of when it was recorded, not of the faster play: this recorder's clock follows the PC's by 1 %. (A double of this many seconds has
+        // 0.2 µs.)
+        let since = 0.002 * at as f64;
+        assert!((seconds - heard[0].0 - since).abs() < 0.01 * since + 1e-6, "{at}");
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::mpsc::RecvTimeoutError;
 use std::time::{Duration, Instant};
 
 use fre_gripper::record::{Pace, RecordError, Recorded, Recording, Speed};
-use fre_gripper::source::{Clock, Source, Told, WAITING, now_ns};
+use fre_gripper::source::{Clock, Source, Told, WAITING, alive, now_ns};
 
 use crate::node::{Node, NodeError};
 
@@ -25,11 +25,21 @@ pub enum RunError {
     Record(#[from] RecordError),
 }
 
-/// Publishes what a source reports until the time is over, somebody stops it, or nothing more comes; the latter is `true`.
+/// Publishes what a source reports until the time is over, somebody stops it, or nothing more comes; the latter is `true`. The source gets
+/// signs of life meanwhile.
 ///
 /// # Errors
 /// The node's.
 pub fn live(
+    node: &mut Node,
+    source: &dyn Source,
+    length: Option<Duration>,
+    stop: &AtomicBool,
+) -> Result<bool, RunError> {
+    alive(source, || publish(node, source, length, stop))
+}
+
+fn publish(
     node: &mut Node,
     source: &dyn Source,
     length: Option<Duration>,

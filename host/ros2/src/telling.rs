@@ -75,6 +75,11 @@ fn seconds(from: u64, to: u64) -> f64 {
     to.saturating_sub(from) as f64 * 1e-9
 }
 
+/// Whether what is done once in a period is due again; so it is where the clock was set back meanwhile.
+fn is_due(ns: u64, then: u64, period: u64) -> bool {
+    ns.abs_diff(then) >= period
+}
+
 fn tick_ns(setup: &Setup) -> u64 {
     1_000_000_000 / u64::from(setup.settings.rate_hz.max(1))
 }
@@ -128,8 +133,7 @@ impl Telling {
     /// Diagnostics of fingers that have fallen silent, if they are due.
     pub fn silence(&mut self, ns: u64) -> Option<Message> {
         let is_silent = self.states.iter().take(self.fingers.len()).any(|state| seconds(state.ns, ns) > SILENCE_S);
-        let due = ns.saturating_sub(self.diagnosed_ns) >= DIAGNOSTICS_NS;
-        (is_silent && due).then(|| self.diagnostics(ns))
+        (is_silent && self.is_diagnosis_due(ns)).then(|| self.diagnostics(ns))
     }
 
     fn report(&mut self, ns: u64, report: &Report) -> Vec<Message> {
@@ -151,7 +155,7 @@ impl Telling {
             messages.push(Message::Certainty(number, certainty(finger, report, age, margin, header(finger.frame()))));
             messages.extend(joint_state(finger, report, header(String::new())).map(Message::Joint));
         }
-        if changed || ns.saturating_sub(self.diagnosed_ns) >= DIAGNOSTICS_NS {
+        if changed || self.is_diagnosis_due(ns) {
             messages.push(self.diagnostics(ns));
         }
         messages
@@ -160,12 +164,16 @@ impl Telling {
     fn shape(&mut self, ns: u64, shape: &Shape) -> Option<Message> {
         let number = usize::from(shape.finger);
         let (finger, state) = (self.fingers.get(number)?, self.states.get_mut(number)?);
-        if state.drawn_ns.is_some_and(|then| (then..then + MARKERS_NS).contains(&ns)) {
+        if state.drawn_ns.is_some_and(|then| !is_due(ns, then, MARKERS_NS)) {
             return None;
         }
         state.drawn_ns = Some(ns);
         let header = Header { stamp: Time::of_ns(ns), frame_id: finger.frame() };
         Some(Message::Markers(markers(shape, finger.axis?, &header)))
+    }
+
+    fn is_diagnosis_due(&self, ns: u64) -> bool {
+        is_due(ns, self.diagnosed_ns, DIAGNOSTICS_NS)
     }
 
     fn diagnostics(&mut self, ns: u64) -> Message {

@@ -2,15 +2,15 @@
 
 mod told;
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use fre_gripper::record::{Pace, Speed};
-use fre_gripper::source::{Listeners, Order, OrderError, Setup, Source, Statistics, Told, now_ns};
+use fre_gripper::source::{Listeners, Order, OrderError, SIGN_OF_LIFE, Setup, Source, Statistics, Told, now_ns};
 use fre_ros2::message::Named;
-use fre_ros2::{Mapping, Message, Node, Options, Qos, Telling, linger, wait_for_subscribers};
+use fre_ros2::{Mapping, Message, Node, Options, Qos, Telling, linger, live, wait_for_subscribers};
 use messages::{Counters, Mount, Refusal, Settings, Which};
 use model_core::drive::Drive;
 use model_core::estimator::Estimate;
@@ -180,6 +180,18 @@ struct Asked {
     settings: Mutex<Settings>,
     orders: Mutex<Vec<Order>>,
     listeners: Listeners,
+    signs: AtomicU32,
+}
+
+impl Asked {
+    fn new() -> Arc<Self> {
+        Arc::new(Self {
+            settings: Mutex::new(Settings::of(Mount::DEFAULT)),
+            orders: Mutex::default(),
+            listeners: Listeners::default(),
+            signs: AtomicU32::new(0),
+        })
+    }
 }
 
 impl Source for Asked {
@@ -214,15 +226,26 @@ impl Source for Asked {
     fn is_closed(&self) -> bool {
         false
     }
+    fn sign(&self) {
+        self.signs.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// A gripper that stops the motions of hosts that are gone hears of a node also while nobody calls a service.
+#[test]
+fn a_node_gives_signs_of_life() {
+    let (options, gripper) = (options(7), Asked::new());
+    let mut node = Node::new(&options, &gripper.setup().unwrap(), Some(gripper.clone())).unwrap();
+    let (length, stop) = (10 * SIGN_OF_LIFE, AtomicBool::new(false));
+    assert!(!live(&mut node, &*gripper, Some(length), &stop).unwrap());
+    let signs = gripper.signs.load(Ordering::Relaxed);
+    // A busy PC may leave some out.
+    assert!((3..=11).contains(&signs), "{signs} signs in {length:?}");
 }
 
 fn asked(number: u16, mapping: Mapping, word: &str) {
     let options = Options { mapping, ..options(number) };
-    let gripper = Arc::new(Asked {
-        settings: Mutex::new(Settings::of(Mount::DEFAULT)),
-        orders: Mutex::default(),
-        listeners: Listeners::default(),
-    });
+    let gripper = Asked::new();
     let _node = Node::new(&options, &gripper.setup().unwrap(), Some(gripper.clone())).unwrap();
     let force = |force: f64| json!({ "service": "set_parameters", "parameters": { "grip_force_n": force } });
     let names = ["grip_force_n", "finger.0.force_limit_n", "rate_hz", "on_fault", "nothing"];

@@ -26,6 +26,8 @@ use crate::source::{Listeners, Sequence, Statistics, Told, WAITING};
 const PATIENCE: Duration = Duration::from_secs(5);
 /// How often the reading thread looks whether it is still wanted.
 const GLANCE: Duration = Duration::from_millis(50);
+/// Number of the requests whose answers nobody waits for. Those of the others begin behind it.
+const IDLE: u32 = 0;
 
 #[derive(Debug, Default)]
 struct Counts {
@@ -116,7 +118,7 @@ impl Link {
         Ok(Self {
             writer: Mutex::new(writer),
             heard,
-            sequence: AtomicU32::new(1),
+            sequence: AtomicU32::new(IDLE + 1),
             reader: Some(thread),
             patience: PATIENCE,
             place,
@@ -182,18 +184,24 @@ impl Link {
         }
     }
 
+    /// Asks, and waits for no answer.
+    pub(super) fn ask_idly<E: Endpoint>(&self, request: &E::Request)
+    where
+        E::Request: Serialize,
+    {
+        let mut body = vec![0; MESSAGE];
+        if let Ok(request) = postcard::to_slice(request, &mut body) {
+            // Whether the gripper is there shows by its reports.
+            let _ = self.write(VarKey::Key8(E::REQ_KEY), IDLE, request);
+        }
+    }
+
     /// Sends a request's bytes, and waits for those of the answer.
     pub(super) fn pass(&self, key: VarKey, request: &[u8], path: &'static str) -> Result<Answer, LinkError> {
         let number = self.sequence.fetch_add(1, Ordering::Relaxed);
-        let header = VarHeader { key, seq_no: VarSeq::Seq4(number) };
-        let (mut scratch, mut frame) = (vec![0; MESSAGE], vec![0; FRAME]);
-        let mut bytes = message(&header, &(), &mut scratch).map_err(|_| LinkError::TooLong)?.to_vec();
-        bytes.extend(request);
-        let frame = encode(&bytes, &mut frame).map_err(|_| LinkError::TooLong)?;
         let (sender, receiver) = channel();
         lock(&self.heard.pending).insert(number, sender);
-        let sent = if self.is_closed() { Err(LinkError::Closed) } else { self.send_raw(frame) };
-        let answer = sent.and_then(|()| {
+        let answer = self.write(key, number, request).and_then(|()| {
             receiver.recv_timeout(self.patience).map_err(|error| match error {
                 RecvTimeoutError::Timeout => LinkError::Timeout { path, waited: self.patience },
                 RecvTimeoutError::Disconnected => LinkError::Closed,
@@ -201,6 +209,16 @@ impl Link {
         });
         lock(&self.heard.pending).remove(&number);
         answer
+    }
+
+    /// Sends a request's bytes under a number.
+    fn write(&self, key: VarKey, number: u32, request: &[u8]) -> Result<(), LinkError> {
+        let header = VarHeader { key, seq_no: VarSeq::Seq4(number) };
+        let (mut scratch, mut frame) = (vec![0; MESSAGE], vec![0; FRAME]);
+        let mut bytes = message(&header, &(), &mut scratch).map_err(|_| LinkError::TooLong)?.to_vec();
+        bytes.extend(request);
+        let frame = encode(&bytes, &mut frame).map_err(|_| LinkError::TooLong)?;
+        if self.is_closed() { Err(LinkError::Closed) } else { self.send_raw(frame) }
     }
 
     /// Gives the gripper's messages, except for answers, to another program as they come.
@@ -280,7 +298,11 @@ impl Heard {
             } else if is(EventTopic::TOPIC_KEY) {
                 self.spread(&Told::Event(postcard::from_bytes(body).ok()?));
             } else {
-                let sender = lock(&self.pending).remove(&header.seq_no.into())?;
+                let number: u32 = header.seq_no.into();
+                if number == IDLE {
+                    return Some(());
+                }
+                let sender = lock(&self.pending).remove(&number)?;
                 // Who asked may have given up.
                 let _ = sender.send((header.key, body.to_vec()));
                 return Some(());

@@ -139,6 +139,12 @@ impl Source for Lasting {
         Source::counters(&*self.shared.link()?)
     }
 
+    fn sign(&self) {
+        if let Ok(link) = self.shared.link() {
+            link.sign();
+        }
+    }
+
     fn order(&self, order: &Order) -> Result<(), OrderError> {
         self.shared.link()?.order(order)
     }

@@ -42,7 +42,4 @@ pub use lasting::{Ends, Lasting};
 pub(crate) use port::Port;
 pub use ports::ports;
 
-pub use crate::source::Told;
-
-/// A program that waits for a motion asks the gripper something this often: it may stop motions of hosts that are gone (`on_silence`).
-pub const SIGN_OF_LIFE: std::time::Duration = std::time::Duration::from_millis(250);
+pub use crate::source::{SIGN_OF_LIFE, Told, alive};

@@ -262,6 +262,11 @@ impl Source for Link {
         Ok(Some(Self::counters(self)?))
     }
 
+    fn sign(&self) {
+        // The shortest question with the shortest answer: the object of a finger that no gripper has.
+        self.ask_idly::<GetObject>(&u8::MAX);
+    }
+
     fn order(&self, order: &Order) -> Result<(), OrderError> {
         match order {
             Order::Object(finger, object) => self.set_object(*finger, *object)?,

@@ -2,13 +2,16 @@
 
 use std::io::{Read, Write};
 use std::os::unix::net::UnixStream;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
 use std::thread;
 use std::time::Duration;
 
 use messages::frame::{Decoder, FRAME, MESSAGE, encode, message};
 use messages::{
-    Counters, EstimateTopic, Finger, GetCounters, GetVersion, PROTOCOL_VERSION, Phase, Report, SetObject, Version,
+    Counters, EstimateTopic, Finger, GetCounters, GetObject, GetVersion, Object, PROTOCOL_VERSION, Phase, Report,
+    SetObject, Version,
 };
 use model_core::design::{Profile, ladder_80};
 use model_core::discretise::{Discretisation, Physics};
@@ -22,6 +25,7 @@ use postcard_rpc::{Endpoint, Key, Topic};
 use serde::Serialize;
 
 use super::{Link, LinkError, Told};
+use crate::source::Source as _;
 
 /// How long an answer that comes is waited for: a PC may be busy.
 const PATIENT: Duration = Duration::from_secs(30);
@@ -98,6 +102,31 @@ fn answers_find_their_questions_among_noise_and_reports() {
     assert_eq!((heard(), heard()), ((0, 5.0), (5, 5.0)));
     let statistics = link.statistics();
     assert_eq!((statistics.damaged, statistics.missing_reports, statistics.unexpected), (2, 4, 0));
+}
+
+/// The gripper hears a sign of life as a request; nobody waits for its answer, which spoils no other one.
+#[test]
+fn a_sign_of_life_is_a_request_without_a_wait() {
+    let asked = Arc::new(AtomicU32::new(0));
+    let count = asked.clone();
+    let link = with_peer(PATIENT, move |number| {
+        let asked: u32 = number.into();
+        if asked == 0 {
+            count.fetch_add(1, Ordering::Relaxed);
+            return frame(GetObject::RESP_KEY, number, &None::<Object>);
+        }
+        frame(GetCounters::RESP_KEY, number, &Counters { ticks: asked, ..Counters::default() })
+    });
+    for ticks in 1..4 {
+        link.sign();
+        link.sign();
+        assert_eq!(link.counters().unwrap().ticks, ticks);
+    }
+    assert_eq!((asked.load(Ordering::Relaxed), link.statistics().unexpected), (6, 0));
+    // Where nobody takes it, it is given all the same.
+    let (ours, theirs) = UnixStream::pair().unwrap();
+    drop(theirs);
+    Link::over_stream(ours).unwrap().sign();
 }
 
 #[test]

@@ -12,12 +12,19 @@ pub struct Gap {
     pub missing: u32,
 }
 
+impl Gap {
+    /// The last number missing.
+    fn last(&self) -> u32 {
+        self.first.wrapping_add(self.missing).wrapping_sub(1)
+    }
+}
+
 impl std::fmt::Display for Gap {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { first, missing } = *self;
         match missing {
             1 => write!(f, "report {first} is missing"),
-            _ => write!(f, "{missing} reports are missing, {first} to {}", first.wrapping_add(missing - 1)),
+            _ => write!(f, "{missing} reports are missing, {first} to {}", self.last()),
         }
     }
 }
@@ -29,6 +36,13 @@ pub struct Sequence {
 }
 
 impl Sequence {
+    /// Takes what somebody else has found missing; returns what is missing before that.
+    pub fn skip(&mut self, gap: &Gap) -> Option<Gap> {
+        let before = self.take(gap.first);
+        self.last = Some(gap.last());
+        before
+    }
+
     /// Takes a number; returns what is missing before it.
     pub fn take(&mut self, number: u32) -> Option<Gap> {
         let first = self.last.replace(number)?.wrapping_add(1);
@@ -50,6 +64,16 @@ mod tests {
         assert_eq!(gaps, [None, None, Some(first), None, None, None, Some(last)]);
         assert_eq!(first.to_string(), "2 reports are missing, 9 to 10");
         assert_eq!(last.to_string(), "report 3 is missing");
+    }
+
+    #[test]
+    fn what_is_missing_before_a_known_gap_is_told() {
+        let mut sequence = Sequence::default();
+        let known = |first| Gap { first, missing: 3 };
+        assert_eq!((sequence.skip(&known(5)), sequence.take(8)), (None, None));
+        assert_eq!((sequence.skip(&known(9)), sequence.take(12)), (None, None), "right behind");
+        assert_eq!(sequence.skip(&known(15)), Some(Gap { first: 13, missing: 2 }));
+        assert_eq!(sequence.take(20), Some(Gap { first: 18, missing: 2 }));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! Where estimates come from: a gripper behind a link, servos on a bus of this PC, or a recording. All tell the same, so
 //! that a view, a page, a recorder and plain lines need not know which.
 
+mod alive;
 mod base;
 mod clock;
 mod ended;
@@ -10,6 +11,7 @@ mod margin;
 mod setup;
 mod told;
 
+pub use alive::{SIGN_OF_LIFE, alive};
 pub use base::Base;
 pub use clock::{Clock, now_ns};
 pub use ended::Ended;
@@ -108,6 +110,10 @@ pub trait Source: Send + Sync {
     /// # Errors
     /// A gripper that does not answer.
     fn counters(&self) -> Result<Option<Counters>, OrderError>;
+
+    /// Says that this program is there, and waits for no answer: a gripper may stop the motions of hosts that are gone. [`alive`] does it as
+    /// often as needed. Other sources do not mind.
+    fn sign(&self) {}
 
     /// Does what is asked, or says why not. A changed set-up goes to all listeners.
     ///

@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 use messages::{Counters, Which};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
-use crate::source::{Ended, Order, OrderError, Source, Told, WAITING};
+use crate::source::{Ended, Order, OrderError, Source, Told, WAITING, alive};
 
 /// Pictures are so far apart.
 const PICTURE: Duration = Duration::from_millis(50);
@@ -95,39 +95,41 @@ pub fn show(source: &Arc<dyn Source>, length: Option<Duration>, stop: &AtomicBoo
         });
         let mut seen = Seen::new(setup);
         let start = Instant::now();
-        let watched = (|| loop {
-            let closed = hear(&told, &mut seen);
-            seen.statistics = source.statistics();
-            seen.counters = *counters.lock().unwrap_or_else(PoisonError::into_inner);
-            match answer.lock().unwrap_or_else(PoisonError::into_inner).take() {
-                Some((Wish::Relax, words)) => seen.relaxed(words),
-                Some((_, words)) => seen.answered(words),
-                None => {}
-            }
-            terminal.draw(|frame| draw::picture(frame, &seen))?;
-            let late = length.is_some_and(|length| start.elapsed() >= length);
-            if closed || late || stop.load(Ordering::Relaxed) {
-                return Ok(Ended { reports: seen.reports, after: start.elapsed(), closed });
-            }
-            while event::poll(Duration::ZERO)? {
-                match wish(&event::read()?) {
-                    Some(Wish::Quit) => {
-                        return Ok(Ended { reports: seen.reports, after: start.elapsed(), closed: false });
-                    }
-                    Some(Wish::Stop) if seen.moves() => {
-                        if seen.stopping.is_none() {
-                            // The thread lives as long as the view.
-                            let _ = orders.send(Wish::Stop);
+        let watched = alive(&**source, || {
+            loop {
+                let closed = hear(&told, &mut seen);
+                seen.statistics = source.statistics();
+                seen.counters = *counters.lock().unwrap_or_else(PoisonError::into_inner);
+                match answer.lock().unwrap_or_else(PoisonError::into_inner).take() {
+                    Some((Wish::Relax, words)) => seen.relaxed(words),
+                    Some((_, words)) => seen.answered(words),
+                    None => {}
+                }
+                terminal.draw(|frame| draw::picture(frame, &seen))?;
+                let late = length.is_some_and(|length| start.elapsed() >= length);
+                if closed || late || stop.load(Ordering::Relaxed) {
+                    return Ok(Ended { reports: seen.reports, after: start.elapsed(), closed });
+                }
+                while event::poll(Duration::ZERO)? {
+                    match wish(&event::read()?) {
+                        Some(Wish::Quit) => {
+                            return Ok(Ended { reports: seen.reports, after: start.elapsed(), closed: false });
                         }
-                        seen.asked();
+                        Some(Wish::Stop) if seen.moves() => {
+                            if seen.stopping.is_none() {
+                                // The thread lives as long as the view.
+                                let _ = orders.send(Wish::Stop);
+                            }
+                            seen.asked();
+                        }
+                        Some(Wish::Relax) if seen.moves() && seen.stopping.is_none() => {
+                            let _ = orders.send(Wish::Relax);
+                        }
+                        Some(Wish::Stop | Wish::Relax) | None => {}
                     }
-                    Some(Wish::Relax) if seen.moves() && seen.stopping.is_none() => {
-                        let _ = orders.send(Wish::Relax);
-                    }
-                    Some(Wish::Stop | Wish::Relax) | None => {}
                 }
             }
-        })();
+        });
         over.store(true, Ordering::Relaxed);
         drop(orders);
         watched

@@ -24,7 +24,7 @@ use super::lead::Lead;
 use super::live::Live;
 use super::page::page;
 use super::setup::Setup;
-use crate::source::{self, OrderError, Source, Told};
+use crate::source::{self, OrderError, Source, Told, alive};
 
 /// Frames that a slow page may fall behind before it misses some: a second.
 const BEHIND: usize = 30;
@@ -128,21 +128,24 @@ pub fn serve(
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let over = AtomicBool::new(false);
     let start = Instant::now();
+    let source = shared.source.clone();
     std::thread::scope(|scope| {
         let (pumped, counting) = (shared.clone(), shared.clone());
         let (live, ended) = (&live, &over);
         scope.spawn(move || pump(&pumped, &told, live, ended));
         scope.spawn(move || count(&counting, live, ended));
-        let served = runtime.block_on(async {
-            let listener = tokio::net::TcpListener::from_std(listener)?;
-            let app = router(shared);
-            tokio::select! {
-                served = async { axum::serve(listener, app).await } => served,
-                () = until(|| {
-                    let late = length.is_some_and(|length| start.elapsed() >= length);
-                    late || stop.load(Ordering::Relaxed) || ended.load(Ordering::Relaxed)
-                }) => Ok(()),
-            }
+        let served = alive(&*source, || {
+            runtime.block_on(async {
+                let listener = tokio::net::TcpListener::from_std(listener)?;
+                let app = router(shared);
+                tokio::select! {
+                    served = async { axum::serve(listener, app).await } => served,
+                    () = until(|| {
+                        let late = length.is_some_and(|length| start.elapsed() >= length);
+                        late || stop.load(Ordering::Relaxed) || ended.load(Ordering::Relaxed)
+                    }) => Ok(()),
+                }
+            })
         });
         over.store(true, Ordering::Relaxed);
         served
