@@ -7,6 +7,8 @@ mod bus;
 mod case;
 mod codec;
 mod frame;
+mod measured;
+mod recording;
 
 /// Something that is fuzzed.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +24,13 @@ pub struct Target {
 }
 
 /// Every target.
-pub const TARGETS: &[Target] = &[bus::TARGET, case::TARGET, codec::TARGET, frame::TARGET];
+pub const TARGETS: &[Target] =
+    &[bus::TARGET, case::TARGET, codec::TARGET, frame::TARGET, measured::TARGET, recording::TARGET];
+
+/// Whether a message can be shown as it is: on one line, without codes for the terminal, and not without end.
+fn is_shown(message: &str) -> bool {
+    !message.contains(['\n', '\u{1b}']) && message.chars().count() < 2000
+}
 
 /// The target of this name.
 pub fn target(name: &str) -> Option<&'static Target> {

@@ -17,7 +17,7 @@ const SECONDS: u32 = 60;
 /// Seconds after which one input counts as a hang.
 const HANG: u32 = 10;
 /// The longest input, bytes: the formats' longest with room.
-const LONGEST: u32 = 8192;
+const LONGEST: u32 = 16_384;
 /// The name of the driver's package and binary.
 const DRIVER: &str = "fuzz-driver";
 
