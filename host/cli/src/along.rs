@@ -2,18 +2,22 @@
 
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use fre::delimited;
 use fre::files::Files;
 use fre::fit::calibrate::Plan;
-use fre_gripper::link::{Link, SIGN_OF_LIFE, Told};
+use fre_gripper::link::{Link, LinkError, Told, alive};
+use fre_gripper::source::{Order, OrderError, Source as _};
 use messages::{Phase, Report, Which};
 use model_core::status::Status;
 
-use crate::exit::UNTRUSTWORTHY;
+use crate::exit::{INTERRUPTED, UNTRUSTWORTHY, tell};
 use crate::output::{ForceArgs, reads};
 use crate::progress::ProgressLine;
+use crate::signals::stop_flag;
 use crate::standard::{self, Target};
 
 /// Move a finger along a planned motion, and record it
@@ -22,7 +26,8 @@ use crate::standard::{self, Target};
 /// the times. The table has a row per reading: the time, the motor's angle and current, and what the gripper makes of its force. Add a column
 /// force_n with what you have measured at these times, and give it to `fre calibrate`.
 ///
-/// Exit status: 0 the whole motion was made; 2 the finger stopped before its end, and the rows until there are written.
+/// Exit status: 0 the whole motion was made; 2 the finger stopped before its end; 130 you have stopped the command (Ctrl-C), and the finger
+/// holds. The rows until there are written.
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// The motion: columns time_s and motor_angle_deg
@@ -49,6 +54,8 @@ const THERE: f32 = 0.01;
 const PATIENCE: Duration = Duration::from_secs(30);
 /// Reports stop for longer than this only if something is wrong.
 const SILENCE: Duration = Duration::from_secs(2);
+/// How often is looked whether to stop.
+const GLANCE: Duration = Duration::from_millis(50);
 
 type Failure = Box<dyn std::error::Error>;
 
@@ -66,54 +73,88 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Failure> {
     let plan = Plan::parse(&name, &text, least..=most)?;
     let after = Duration::try_from_secs_f64(args.after).map_err(|_| "--after: not a time")?;
 
-    let mut finger = Finger { link, number: args.finger, told: link.listen(), signed: Instant::now() };
-    finger.begin(&plan, after)?;
+    let stop = stop_flag()?;
+    let finger = Finger { link, number: args.finger, told: link.listen(), stop: &stop };
+    let (mut rows, mut line) = (Vec::new(), ProgressLine::new(false));
+    let made = alive(link, || {
+        finger.begin(&plan, after)?;
+        finger.follow(&plan, &mut rows, &mut line)
+    });
+    // Before the table, which may take its time.
+    let held = if let Err(Stop::Asked) = made { finger.hold() } else { Ok(()) };
+    line.wipe();
     // What was read until something failed is kept.
-    let mut rows = Vec::new();
-    let stopped = finger.follow(&plan, &mut rows);
-    let lines = rows.iter().map(delimited::line);
-    out.write((delimited::line(COLUMNS) + &lines.collect::<String>()).as_bytes())?;
-    let readings = format!("{} of {} readings", rows.len(), plan.places.len());
-    let Some(phase) = stopped.map_err(|error| format!("{error}: {readings}"))? else { return Ok(ExitCode::SUCCESS) };
-    crate::exit::tell!("fre: finger {} is {phase}: {readings}", args.finger);
-    Ok(ExitCode::from(UNTRUSTWORTHY))
+    if made.is_ok() || !rows.is_empty() {
+        let lines = rows.iter().map(delimited::line);
+        out.write((delimited::line(COLUMNS) + &lines.collect::<String>()).as_bytes())?;
+    }
+    let (number, readings) = (args.finger, format!("{} of {} readings", rows.len(), plan.places.len()));
+    match (made, held) {
+        (Ok(()), _) => Ok(ExitCode::SUCCESS),
+        (Err(Stop::Finger(phase)), _) => {
+            tell!("fre: finger {number} is {phase}: {readings}");
+            Ok(ExitCode::from(UNTRUSTWORTHY))
+        }
+        (Err(Stop::Asked), Ok(())) => {
+            tell!("fre: stopped; finger {number} holds: {readings}");
+            Ok(ExitCode::from(INTERRUPTED))
+        }
+        (Err(Stop::Asked), Err(error)) => {
+            Err(format!("stopped, but finger {number} may go on: {error}: {readings}").into())
+        }
+        (Err(Stop::Failed(error)), _) => Err(format!("{error}: {readings}").into()),
+    }
+}
+
+/// Why a motion has ended before its end.
+enum Stop {
+    /// This program is asked to stop.
+    Asked,
+    /// The finger does something else.
+    Finger(Phase),
+    /// The gripper does not answer, or refuses.
+    Failed(String),
+}
+
+impl From<LinkError> for Stop {
+    fn from(error: LinkError) -> Self {
+        Self::Failed(error.to_string())
+    }
 }
 
 /// The finger that moves.
 struct Finger<'a> {
     link: &'a Link,
     number: u8,
-    told: std::sync::mpsc::Receiver<Told>,
-    /// When the gripper heard of this program last.
-    signed: Instant,
+    told: Receiver<Told>,
+    stop: &'a AtomicBool,
 }
 
 impl Finger<'_> {
     /// The finger's next report.
-    fn next(&mut self) -> Result<Report, Failure> {
+    fn next(&self) -> Result<Report, Stop> {
         let end = Instant::now() + SILENCE;
-        loop {
-            if self.signed.elapsed() > SIGN_OF_LIFE {
-                self.signed = Instant::now();
-                // Its answer does not matter: reports show whether the gripper is there.
-                let _ = self.link.counters();
-            }
-            match self.told.recv_timeout(end.saturating_duration_since(Instant::now()).min(SIGN_OF_LIFE)) {
+        while !self.stop.load(Ordering::Acquire) {
+            match self.told.recv_timeout(GLANCE) {
                 Ok(Told::Report(report)) if report.finger == self.number => return Ok(report),
-                Ok(_) => {}
-                Err(_) if Instant::now() < end && !self.link.is_closed() => {}
-                Err(_) => return Err("no report comes from the gripper any more".into()),
+                Ok(_) | Err(RecvTimeoutError::Timeout) if Instant::now() < end => {}
+                _ => return Err(Stop::Failed("no report comes from the gripper any more".to_owned())),
             }
         }
+        Err(Stop::Asked)
     }
 
-    fn close(&self, angle_deg: f64, speed_deg_per_s: Option<f64>) -> Result<(), Failure> {
+    fn hold(&self) -> Result<(), OrderError> {
+        self.link.order(&Order::Hold(Which::One(self.number)))
+    }
+
+    fn close(&self, angle_deg: f64, speed_deg_per_s: Option<f64>) -> Result<(), LinkError> {
         let speed = speed_deg_per_s.map(|speed| speed.to_radians() as f32);
-        Ok(self.link.close(Which::One(self.number), angle_deg.to_radians() as f32, speed)?)
+        self.link.close(Which::One(self.number), angle_deg.to_radians() as f32, speed)
     }
 
     /// Goes to the first angle and rests there.
-    fn begin(&mut self, plan: &Plan, rest: Duration) -> Result<(), Failure> {
+    fn begin(&self, plan: &Plan, rest: Duration) -> Result<(), Stop> {
         let [_, first_deg] = plan.places[0];
         self.close(first_deg, None)?;
         let (target, end) = (first_deg.to_radians() as f32, Instant::now() + PATIENCE);
@@ -124,7 +165,10 @@ impl Finger<'_> {
                 break;
             }
             if Instant::now() > end {
-                return Err(format!("finger {} does not reach the first angle, {first_deg}°", self.number).into());
+                return Err(Stop::Failed(format!(
+                    "finger {} does not reach the first angle, {first_deg}°",
+                    self.number
+                )));
             }
         }
         let end = Instant::now() + rest;
@@ -134,20 +178,19 @@ impl Finger<'_> {
         Ok(())
     }
 
-    /// Follows the motion's times by the gripper's clock, a row per reading. What the finger does instead if it has stopped.
-    fn follow(&mut self, plan: &Plan, rows: &mut Vec<[String; 6]>) -> Result<Option<Phase>, Failure> {
+    /// Follows the motion's times by the gripper's clock, a row per reading.
+    fn follow(&self, plan: &Plan, rows: &mut Vec<[String; 6]>, line: &mut ProgressLine) -> Result<(), Stop> {
         let begin_us = self.next()?.time_us;
         let first_s = plan.places[0][0];
         let since = |report: &Report| first_s + report.time_us.saturating_sub(begin_us) as f64 * 1e-6;
-        let (moves, mut line) = (plan.moves(), ProgressLine::new(false));
+        let moves = plan.moves();
         let mut ahead = moves.iter().peekable();
         for place in &plan.places {
             loop {
                 let report = self.next()?;
                 let now_s = since(&report);
                 if report.phase != Phase::Moving {
-                    line.wipe();
-                    return Ok(Some(report.phase));
+                    return Err(Stop::Finger(report.phase));
                 }
                 if let Some([begin, end]) = ahead.next_if(|[begin, _]| begin[0] <= now_s) {
                     let way = end[1] - begin[1];
@@ -164,8 +207,7 @@ impl Finger<'_> {
                 }
             }
         }
-        line.wipe();
-        Ok(None)
+        Ok(())
     }
 }
 

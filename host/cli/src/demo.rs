@@ -4,16 +4,14 @@ use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::exit::{UNTRUSTWORTHY, bad_input};
 use crate::options::PhysicsWord;
 use crate::output::ForceArgs;
 #[cfg(feature = "web")]
 use crate::output::put_out;
+use crate::signals::stop_flag;
 use crate::view::page_address;
 use fre::files::{FileError, Folder};
 use fre_gripper::demo::{self, Options, Pace};
@@ -78,12 +76,10 @@ pub fn pace(words: &str) -> Result<Pace, String> {
 
 /// Runs the command.
 pub fn run(args: Args) -> ExitCode {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        if let Err(error) = signal_hook::flag::register(signal, stop.clone()) {
-            return bad_input(&format!("no signals: {error}"));
-        }
-    }
+    let stop = match stop_flag() {
+        Ok(stop) => stop,
+        Err(error) => return bad_input(&format!("no signals: {error}")),
+    };
     if args.live {
         return live(&args, &stop);
     }

@@ -8,6 +8,8 @@ use std::sync::atomic::{AtomicU8, Ordering};
 pub const BAD_INPUT: u8 = 1;
 /// Some angle has no trustworthy solution.
 pub const UNTRUSTWORTHY: u8 = 2;
+/// What a shell sees of a program that was stopped from the keyboard.
+pub const INTERRUPTED: u8 = 130;
 
 /// How much a command says besides results and errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

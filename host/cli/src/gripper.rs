@@ -20,7 +20,7 @@ use crate::options::PhysicsWord;
 use crate::output::put_out;
 use crate::standard;
 use fre::case::{Case, object_keys};
-use fre_gripper::link::{Address, Link, LinkError, SIGN_OF_LIFE, Told, pairs, set};
+use fre_gripper::link::{Address, Link, LinkError, Told, alive, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
 #[derive(Debug, clap::Args)]
@@ -176,7 +176,7 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
                 let longest = Duration::try_from_secs_f64(*seconds).map_err(|_| "--wait: not a time")?;
                 // What was told before says nothing about this grip.
                 let since_us = link.counters()?.uptime_us;
-                return wait_for(&link, &told, which.which(), count, since_us, longest, weight);
+                return alive(&link, || wait_for(&told, which.which(), count, since_us, longest, weight));
             }
         }
         Action::Identify(args) => return identify::run(&link, args),
@@ -348,7 +348,6 @@ fn bears(margin: &GripMargin, weight: f32) -> String {
 
 /// Waits until every finger meant has reached its force, or says what it does instead.
 fn wait_for(
-    link: &Link,
     told: &Receiver<Told>,
     which: Which,
     count: usize,
@@ -359,13 +358,7 @@ fn wait_for(
     let mut margin = None;
     let end = Instant::now() + longest;
     let mut last: Vec<Option<Report>> = vec![None; count];
-    let mut asked = Instant::now();
     let reached = loop {
-        if asked.elapsed() > SIGN_OF_LIFE {
-            asked = Instant::now();
-            // Its answer does not matter: reports show whether the gripper is there.
-            let _ = link.counters();
-        }
         match told.recv_timeout(end.saturating_duration_since(Instant::now())) {
             Ok(Told::Report(report)) if report.time_us > since_us => {
                 if let Some(place) = last.get_mut(usize::from(report.finger)).filter(|_| which.is(report.finger.into()))

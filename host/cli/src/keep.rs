@@ -1,4 +1,5 @@
-//! What a command keeps of what it watches, in a thread of its own: a slow screen loses no report to a file.
+//! What a command keeps of what it watches, in a thread of its own: a slow screen loses no report to a file. A file that cannot be written
+//! ends the command at once.
 
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
@@ -58,40 +59,43 @@ impl KeepArgs {
 }
 
 impl Kept {
-    /// Begins to keep what this source reports.
+    /// Begins to keep what this source reports. Sets `stop`, which ends the view, as soon as a file cannot be written.
     ///
     /// # Errors
     /// A file that cannot be written, or a gripper that does not answer.
-    pub fn start(self, source: &Arc<dyn Source>) -> Result<Keeping, Box<dyn std::error::Error>> {
-        let stop = Arc::new(AtomicBool::new(false));
-        let mut threads = Vec::new();
+    pub fn start(
+        self,
+        source: &Arc<dyn Source>,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<Keeping, Box<dyn std::error::Error>> {
+        let mut keeping = Keeping { over: Arc::default(), stop: stop.clone(), threads: Vec::new() };
         if let Some((path, output)) = self.log {
             let mut csv = Csv::new(BufWriter::new(output.stream()?))?;
-            let (told, stop, name) = (source.hear(WAITING), stop.clone(), path.display().to_string());
-            threads.push(std::thread::spawn(move || {
-                hear(&told, &stop, |told| match told {
+            let (told, name) = (source.hear(WAITING), path.display().to_string());
+            keeping.add(move |over| {
+                hear(&told, over, |told| match told {
                     Some(Told::Report(report)) => csv.write(report),
                     _ => Ok(()),
                 })
                 .and_then(|()| csv.finish())
                 .map(|_| None)
                 .map_err(|error| format!("{name}: {error}"))
-            }));
+            });
         }
         if let Some((path, output)) = self.record {
-            threads.push(record(&path, output, source, stop.clone())?);
+            record(&path, output, source, &mut keeping)?;
         }
-        Ok(Keeping { stop, threads })
+        Ok(keeping)
     }
 }
 
 /// Hears until the end, or until it is not wanted any more; what waits then is kept too. `None`: nothing has come for a while.
 fn hear<E>(
     told: &Receiver<Told>,
-    stop: &AtomicBool,
+    over: &AtomicBool,
     mut keep: impl FnMut(Option<&Told>) -> Result<(), E>,
 ) -> Result<(), E> {
-    while !stop.load(Ordering::Acquire) {
+    while !over.load(Ordering::Acquire) {
         match told.recv_timeout(GLANCE) {
             Ok(told) => keep(Some(&told))?,
             Err(RecvTimeoutError::Timeout) => keep(None)?,
@@ -101,54 +105,68 @@ fn hear<E>(
     told.try_iter().take(WAITING).try_for_each(|told| keep(Some(&told)))
 }
 
-type Thread = JoinHandle<Result<Option<String>, String>>;
+/// A line for people about a file that is whole, or why it is not.
+type Outcome = Result<Option<String>, String>;
 
 #[cfg(feature = "record")]
 fn record(
     path: &Path,
     output: Output,
     source: &Arc<dyn Source>,
-    stop: Arc<AtomicBool>,
-) -> Result<Thread, Box<dyn std::error::Error>> {
+    keeping: &mut Keeping,
+) -> Result<(), Box<dyn std::error::Error>> {
     use fre_gripper::record::Recorder;
 
     let told = source.hear(WAITING);
     let mut recorder = Recorder::to(output.stream()?, path, Some(source.setup()?))?;
     let name = path.display().to_string();
-    Ok(std::thread::spawn(move || {
-        let heard = hear(&told, &stop, |told| match told {
+    keeping.add(move |over| {
+        let heard = hear(&told, over, |told| match told {
             Some(told) => recorder.take(told),
             None => recorder.idle(),
         });
         let counts = heard.and_then(|()| recorder.finish()).map_err(|error| error.to_string())?;
         Ok(Some(format!("{name}: {counts}\n")))
-    }))
+    });
+    Ok(())
 }
 
 #[cfg(not(feature = "record"))]
-fn record(_: &Path, _: Output, _: &Arc<dyn Source>, _: Arc<AtomicBool>) -> Result<Thread, Box<dyn std::error::Error>> {
+fn record(_: &Path, _: Output, _: &Arc<dyn Source>, _: &mut Keeping) -> Result<(), Box<dyn std::error::Error>> {
     Err(super::replay::NOT_BUILT.into())
 }
 
 /// Files on their way.
 #[must_use]
 pub struct Keeping {
+    /// What comes from now on is not wanted any more.
+    over: Arc<AtomicBool>,
+    /// Ends the view.
     stop: Arc<AtomicBool>,
-    threads: Vec<Thread>,
+    threads: Vec<JoinHandle<Outcome>>,
 }
 
 impl Keeping {
+    /// Keeps a file in a thread of its own, which ends the view if that fails.
+    fn add(&mut self, keep: impl FnOnce(&AtomicBool) -> Outcome + Send + 'static) {
+        let (over, stop) = (self.over.clone(), self.stop.clone());
+        self.threads.push(std::thread::spawn(move || keep(&over).inspect_err(|_| stop.store(true, Ordering::Release))));
+    }
+
     /// Ends the files; gives a line for people about each that has something to say.
     ///
     /// # Errors
-    /// A file that could not be written to its end.
-    pub fn finish(self) -> Result<Vec<String>, Box<dyn std::error::Error>> {
-        self.stop.store(true, Ordering::Release);
-        let mut lines = Vec::new();
+    /// A file that could not be written to its end; the others are whole.
+    pub fn finish(self) -> Result<Vec<String>, String> {
+        self.over.store(true, Ordering::Release);
+        let (mut lines, mut failed) = (Vec::new(), Vec::new());
+        // To the last one: a file that has failed takes no other with it.
         for thread in self.threads {
-            let kept = thread.join().map_err(|_| "a file's thread has failed")?;
-            lines.extend(kept?);
+            match thread.join().unwrap_or_else(|_| Err("a file's thread has failed".to_owned())) {
+                Ok(line) => lines.extend(line),
+                Err(why) => failed.push(why),
+            }
         }
-        Ok(lines)
+        if failed.is_empty() { Ok(lines) } else { Err(failed.join("; ")) }
     }
 }

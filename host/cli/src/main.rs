@@ -52,6 +52,8 @@ mod send;
 #[cfg(feature = "gripper")]
 mod servo;
 #[cfg(feature = "gripper")]
+mod signals;
+#[cfg(feature = "gripper")]
 mod sim;
 mod solve;
 #[cfg(feature = "gripper")]

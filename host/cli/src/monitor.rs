@@ -1,14 +1,11 @@
 //! `fre monitor`: what a gripper, or the estimator on this PC, reports.
 
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
-
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::keep::KeepArgs;
 use crate::output::put_out;
+use crate::signals::stop_flag;
 use crate::source::SourceArgs;
 use crate::view::{Stop, ViewArgs};
 use fre_gripper::link::Ends;
@@ -50,20 +47,17 @@ fn watch(args: &Args) -> Result<(), Stop> {
         ),
         None => None,
     };
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register(signal, stop.clone())?;
-    }
+    let stop = stop_flag()?;
     let mut files = args.keep.files();
     args.source.reads(&mut files)?;
     let kept = args.keep.claim(&mut files)?;
     // Lines end with the gripper; who watches waits for it to come back.
     let ends = if args.view.is_live() { Ends::WithItsUser } else { Ends::WithTheGripper };
     let source = args.source.open(ends)?;
-    let keeping = kept.start(&source)?;
+    let keeping = kept.start(&source, &stop)?;
     let result = args.view.show(&source, length, &stop);
     // What was kept is whole whatever became of the view.
-    let kept = keeping.finish()?;
+    let kept = keeping.finish().map_err(Stop::Input)?;
     result?;
     put_out(&kept.concat()).map_err(Stop::Input)
 }

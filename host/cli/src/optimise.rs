@@ -11,7 +11,7 @@ use std::time::Instant;
 use clap::ValueEnum;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use crate::exit::{bad_input, tell, trusted};
+use crate::exit::{INTERRUPTED, bad_input, tell, trusted};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, put_out, reads_case};
 use crate::standard;
@@ -22,8 +22,6 @@ use fre::optimise::{
     front_text, optimise, page, pictures_of,
 };
 
-/// What a shell sees of a program that was stopped from the keyboard.
-const INTERRUPTED: u8 = 130;
 /// File of the finished starts.
 const SEARCH: &str = "search.json";
 const REPORT: &str = "report.html";

@@ -165,15 +165,14 @@ mod run {
     use std::path::Path;
     use std::process::ExitCode;
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
 
     use messages::{FINGERS, Finger, Report};
     use model_core::discretise::{Discretisation, Physics};
-    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
     use super::{Args, remark};
     use crate::exit::{bad_input, tell};
     use crate::output::reads_case;
+    use crate::signals::stop_flag;
     use crate::standard::{self, Stream, Target, is_standard};
     use fre::files::Draft;
     use fre_gripper::record::{Again, Changes, Csv, Difference, Playback, Recorded, Recording, Speed, beginning};
@@ -189,10 +188,7 @@ mod run {
             }
             let speed = if args.at_once { Speed::AtOnce } else { Speed::Times(args.speed) };
             let again = args.again.then(|| changes(args)).transpose()?.map(Again::new);
-            let stop = Arc::new(AtomicBool::new(false));
-            for signal in [SIGINT, SIGTERM, SIGHUP] {
-                signal_hook::flag::register(signal, stop.clone())?;
-            }
+            let stop = stop_flag()?;
             Ok((Arc::new(Playback::open(&args.file, speed, again)?), stop))
         };
         let (playback, stop) = match opened() {

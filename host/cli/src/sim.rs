@@ -3,18 +3,18 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use messages::{Finger, Mount, Object, Settings};
 use model_core::discretise::Discretisation;
 use model_core::drive::Drive;
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
 use crate::exit::bad_input;
 use crate::options::ModelArgs;
 use crate::output::put_out;
 use crate::servo::{LoadArgs, gains};
+use crate::signals::stop_flag;
 use fre_gripper::demo::Pace;
 use fre_gripper::servo::{Clock, Config, Gains};
 use fre_gripper::sim::{Given, Sim};
@@ -81,10 +81,7 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn serve(args: &Args) -> Result<(), String> {
-    let stop = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM, SIGHUP] {
-        signal_hook::flag::register(signal, stop.clone()).map_err(|error| format!("no signals: {error}"))?;
-    }
+    let stop = stop_flag().map_err(|error| format!("no signals: {error}"))?;
     let case = args.load.case()?.ok_or("needed is a case: its finger and its object")?;
     let servo = Config {
         baud_rate: 1_000_000,

@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use model_core::discretise::Elements;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
-use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
+use crate::exit::{INTERRUPTED, UNTRUSTWORTHY, bad_input, tell};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, reads_case};
 use crate::progress::ProgressLine;
@@ -24,8 +24,6 @@ use fre::study::warnings;
 const MOST_TOLD: usize = 20;
 /// Most threads that --jobs may ask for.
 const MOST_JOBS: i64 = 1024;
-/// What a shell sees of a program that was stopped from the keyboard.
-const INTERRUPTED: u8 = 130;
 
 /// Solve a case over ranges of angles and a grid of any of its numbers, in parallel, as CSV.
 ///

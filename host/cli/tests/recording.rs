@@ -9,12 +9,13 @@ mod servo_case;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
 
 use fre::case::preset;
 use fre::study::model::Precision;
 use fre_gripper::estimator::estimator;
 use fre_gripper::record::{Counts, Recorded, Recorder, Recording};
-use fre_gripper::servo::{Config, Gains, Hub, Servo};
+use fre_gripper::servo::{Config, Gains, Hub, Running, Servo};
 use fre_gripper::source::{Gap, Modelled, Origin, Setup, Told};
 use messages::{
     Calibration, Event, Finger, FreeObject, Grasp, GripMargin, Mount, Notice, PROTOCOL_VERSION, Phase, Report,
@@ -273,19 +274,43 @@ fn crc(bytes: impl Iterator<Item = u8>) -> u32 {
     })
 }
 
-#[test]
-fn a_killed_recorder_loses_at_most_its_last_second() {
+/// A bus with a servo that presses a finger on an object, its port, and the case with both.
+fn gripping(test: &str) -> (Running, PathBuf, PathBuf) {
     let mut hub = Hub::new();
     let load = load([41.0, 45.0], 13.0);
     let config =
         Config { start_deg: Some(9.0), load, baud_rate: 1_000_000, gains: Gains::GREATEST, ..Config::default() };
     hub.servo(Servo::new(config).unwrap());
-    let port = hub.pty().unwrap();
-    let _bus = hub.spawn().unwrap();
-    let (path, case) = (file("killed.mcap"), file("killed.toml"));
+    let (port, case) = (hub.pty().unwrap(), file(&format!("{test}.toml")));
     let object = "[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n";
     std::fs::write(&case, format!("finger = \"preset:ladder-80\"\n{object}[motion]\nmotor_angles_deg = [6.0]\n"))
         .unwrap();
+    (hub.spawn().unwrap(), port, case)
+}
+
+/// A long measurement does not go on without its file: the command ends as soon as it cannot be written.
+#[test]
+fn a_full_disk_ends_a_measurement_at_once() {
+    let (_bus, port, case) = gripping("full");
+    let (whole, seconds) = (file("whole.mcap"), 600);
+    let [port, case, whole_] = [&port, &case, &whole].map(|path| path.to_str().unwrap());
+    let words = ["monitor", "--bus", port, "--case", case, "--force", "--seconds", &seconds.to_string()];
+    for options in [&["--record", "/dev/full"][..], &["--log", "/dev/full", "--record", whole_]] {
+        let start = Instant::now();
+        let output = fre(&[&words, options].concat());
+        assert!(start.elapsed() < Duration::from_secs(seconds / 2), "{options:?}: {:?}", start.elapsed());
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{options:?}: {errors}");
+        assert!(errors.contains("/dev/full: ") && errors.contains("No space left on device"), "{options:?}: {errors}");
+    }
+    // The other file has its end.
+    let mut recording = Recording::open(&whole).unwrap();
+    assert!(recording.by_ref().all(|recorded| recorded.is_ok()) && !recording.is_cut());
+}
+
+#[test]
+fn a_killed_recorder_loses_at_most_its_last_second() {
+    let (path, (_bus, port, case)) = (file("killed.mcap"), gripping("killed"));
     let [path_, case, port] = [&path, &case, &port].map(|path| path.to_str().unwrap());
     let mut child = Command::new(env!("CARGO_BIN_EXE_fre"))
         .args([

@@ -14,7 +14,7 @@ use rand_chacha::rand_core::{RngCore, SeedableRng};
 /// Enough for several chunks.
 const REPORTS: u32 = 12_000;
 
-fn record(path: &Path) {
+fn recorder(path: &Path) -> Recorder {
     let setup = Setup {
         origin: Origin::Gripper,
         place: "nowhere".to_owned(),
@@ -25,30 +25,34 @@ fn record(path: &Path) {
         settings: Settings::DEFAULT,
         models: vec![Modelled::default()],
     };
-    let mut recorder = Recorder::create(path, Some(setup)).unwrap();
-    let mut random = ChaCha8Rng::seed_from_u64(1);
-    for sequence in 1..=REPORTS {
-        // Digits that do not compress away.
-        let mut number = || f32::from_bits(0x3F00_0000 | random.next_u32() >> 9);
-        let estimate = Estimate {
-            force: [number(), number()],
-            torque: number(),
-            residual: number(),
-            ..Estimate::blank(Status::Converged)
-        };
-        let report = Report {
-            sequence,
-            finger: 0,
-            phase: Phase::Moving,
-            time_us: 2_000 * u64::from(sequence),
-            estimate,
-            goal: number(),
-            position: sequence as i32,
-            current: number(),
-            cost: 7,
-        };
-        recorder.take(&Told::Report(report)).unwrap();
-    }
+    Recorder::create(path, Some(setup)).unwrap()
+}
+
+fn report(sequence: u32, random: &mut ChaCha8Rng) -> Told {
+    // Digits that do not compress away.
+    let mut number = || f32::from_bits(0x3F00_0000 | random.next_u32() >> 9);
+    let estimate = Estimate {
+        force: [number(), number()],
+        torque: number(),
+        residual: number(),
+        ..Estimate::blank(Status::Converged)
+    };
+    Told::Report(Report {
+        sequence,
+        finger: 0,
+        phase: Phase::Moving,
+        time_us: 2_000 * u64::from(sequence),
+        estimate,
+        goal: number(),
+        position: sequence as i32,
+        current: number(),
+        cost: 7,
+    })
+}
+
+fn record(path: &Path) {
+    let (mut recorder, mut random) = (recorder(path), ChaCha8Rng::seed_from_u64(1));
+    (1..=REPORTS).for_each(|sequence| recorder.take(&report(sequence, &mut random)).unwrap());
     recorder.finish().unwrap();
 }
 
@@ -115,6 +119,34 @@ fn a_damaged_chunk_is_skipped_and_named() {
         let [damage] = found.damages[..] else { panic!("{what}") };
         assert!(damage.from == second as u64 && damage.to <= third as u64, "{what}");
         assert!(damage.to_string().contains(&second.to_string()), "{damage}");
+    }
+}
+
+/// What the recorder has missed behind a damaged chunk hides nothing that is lost with it.
+#[test]
+fn reports_lost_before_a_gap_are_counted() {
+    const PART: u32 = 300;
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("gaps.mcap");
+    let (mut recorder, mut random) = (recorder(&path), ChaCha8Rng::seed_from_u64(1));
+    // Every chunk but the first begins with a gap of ten.
+    for part in 0..4 {
+        let first = 1 + part * (PART + 10);
+        (first..first + PART).for_each(|sequence| recorder.take(&report(sequence, &mut random)).unwrap());
+        recorder.flush().unwrap();
+    }
+    recorder.finish().unwrap();
+    let (bytes, last) = (fs::read(&path).unwrap(), 4 * PART + 30);
+    let whole = read(&path).unwrap();
+    assert_eq!((whole.reports, whole.missing, whole.last), (4 * PART, 30, last));
+    let chunks = chunks(&bytes);
+    for pair in chunks.windows(2).skip(1) {
+        let mut damaged = bytes.clone();
+        damaged[usize::midpoint(pair[0], pair[1])] ^= 0x40;
+        fs::write(&path, damaged).unwrap();
+        let found = read(&path).unwrap();
+        assert!(found.damages.len() == 1 && found.missing > 30, "{found:?}");
+        assert_eq!((found.reports + found.missing, found.last), (last, last), "{found:?}");
     }
 }
 

@@ -70,6 +70,34 @@ fn a_planned_motion_is_made_and_recorded() {
     gripper.compare(snapbox::file!["../words/run.txt"]);
 }
 
+/// Ctrl-C stops the finger, and keeps what was read.
+#[test]
+fn a_motion_that_is_stopped_holds_the_finger_and_keeps_its_readings() {
+    let gripper = Gripper::boot();
+    let folder = tempfile::tempdir().unwrap();
+    let [plan, table] = ["plan.csv", "table.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&plan, Plan::new(0.0, 3.0, 0.1, &[], false).csv()).unwrap();
+    let link = gripper.link();
+    let words = ["gripper", "run", plan.to_str().unwrap(), "--after", "0.1", "--force", "--link", &link];
+    let mut tries = Tries::of("a motion that is stopped");
+    let (rows, errors) = loop {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(words).args(["--csv", table.to_str().unwrap()]).stderr(Stdio::piped());
+        let running = command.spawn().unwrap();
+        std::thread::sleep(Duration::from_secs(5));
+        assert!(Command::new("kill").args(["-INT", &running.id().to_string()]).status().unwrap().success());
+        let output = running.wait_with_output().unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        if output.status.code() == Some(130) && table.exists() {
+            break (csv::Reader::from_path(&table).unwrap().into_records().count(), errors);
+        }
+        eprintln!("{:?}: {errors}", output.status.code());
+        tries.spoilt();
+    };
+    assert!(rows > 0 && errors.contains(&format!("finger 0 holds: {rows} of 49 readings")), "{rows} rows: {errors}");
+    assert!(super::lines_until(&gripper, ",held").contains(",held"));
+}
+
 /// A gripper that goes away in the middle of a motion does not take the readings with it.
 #[test]
 fn what_was_read_of_a_motion_is_kept() {

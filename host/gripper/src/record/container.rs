@@ -4,7 +4,6 @@
 //! together and with a checksum. A damaged chunk is skipped by its length; if the length itself is damaged, the next chunk is found
 //! by its header, whose lengths must agree.
 
-use std::fs::File;
 use std::io::{self, BufReader, ErrorKind, Read, Seek, SeekFrom};
 
 use mcap::records::{Record, op};
@@ -51,8 +50,8 @@ pub enum Piece {
 }
 
 /// A file of records.
-pub struct Container {
-    file: BufReader<File>,
+pub struct Container<R> {
+    file: BufReader<R>,
     length: u64,
     /// Where the next record begins.
     at: u64,
@@ -60,11 +59,12 @@ pub struct Container {
     is_summary: bool,
 }
 
-impl Container {
+impl<R: Read + Seek> Container<R> {
     /// Begins behind the magic bytes, if they are there.
-    pub fn open(file: File) -> io::Result<Option<Self>> {
-        let length = file.metadata()?.len();
+    pub fn open(file: R) -> io::Result<Option<Self>> {
         let mut file = BufReader::new(file);
+        let length = file.seek(SeekFrom::End(0))?;
+        file.rewind()?;
         let mut magic = [0; mcap::MAGIC.len()];
         match file.read_exact(&mut magic) {
             Err(error) if error.kind() != ErrorKind::UnexpectedEof => Err(error),

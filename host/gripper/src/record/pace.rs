@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 /// How often one who waits looks whether he is still wanted.
 const GLANCE: Duration = Duration::from_millis(20);
+/// The longest pause of a recording that is kept: the recorder's clock may have been set, by months.
+const LONGEST: Duration = Duration::from_secs(10);
 
 /// How fast a recording is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,26 +21,46 @@ pub enum Speed {
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     speed: Speed,
-    /// Time of the first message, ns, and when it was.
-    began: Option<(u64, Instant)>,
+    /// Time of the last message, ns, and when it was due.
+    last: Option<(u64, Instant)>,
 }
 
 impl Pace {
     /// Before the first message.
     pub fn new(speed: Speed) -> Self {
-        Self { speed, began: None }
+        Self { speed, last: None }
     }
 
-    /// Waits until a message of this time (ns) is due, or `stop`.
+    /// Waits until a message of this time (ns) is due, or `stop`. A pause of more than 10 s is one of 10 s.
     pub fn wait(&mut self, ns: u64, stop: &AtomicBool) {
         let Speed::Times(times) = self.speed else { return };
-        let (first, start) = *self.began.get_or_insert_with(|| (ns, Instant::now()));
-        let due = start + Duration::from_nanos(ns.saturating_sub(first)).div_f64(times);
+        let (before, due) = self.last.unwrap_or_else(|| (ns, Instant::now()));
+        let pause = Duration::from_nanos(ns.saturating_sub(before)).min(LONGEST);
+        let due = due + pause.div_f64(times);
+        self.last = Some((ns, due));
         while !stop.load(Ordering::Acquire) {
             match due.checked_duration_since(Instant::now()) {
                 Some(early) if !early.is_zero() => std::thread::sleep(early.min(GLANCE)),
                 _ => return,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_clock_that_was_set_stops_no_recording() {
+        const S: u64 = 1_000_000_000;
+        let (mut pace, stop) = (Pace::new(Speed::Times(100.0)), AtomicBool::new(false));
+        let start = Instant::now();
+        // A second, half a year on, a second, half a year back, a second.
+        let times = [0, 1, 16_000_000, 16_000_001, 2, 3];
+        times.into_iter().for_each(|seconds| pace.wait(seconds * S, &stop));
+        let took = start.elapsed();
+        assert!(took >= Duration::from_millis(130), "{took:?}");
+        assert!(took < Duration::from_secs(20), "{took:?}");
     }
 }

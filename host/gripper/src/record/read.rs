@@ -2,6 +2,7 @@
 
 use std::collections::{HashMap, VecDeque};
 use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 
 use mcap::records::Record;
@@ -12,6 +13,10 @@ use super::container::{Container, Damage, Piece};
 use super::message::{EstimateMessage, EventMessage, GapMessage, GraspMessage, ShapeMessage};
 use super::topic::Topic;
 use crate::source::{Gap, Sequence, Setup, Told};
+use fre::visible::shortened;
+
+/// Letters of what is wrong with a message.
+const LONGEST_SHOWN: usize = 300;
 
 /// A message of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,8 +30,8 @@ pub enum Recorded {
 }
 
 /// A recording, message by message: ns since 1970, and what.
-pub struct Recording {
-    container: Container,
+pub struct Recording<R = File> {
+    container: Container<R>,
     path: PathBuf,
     topics: HashMap<u16, Option<Topic>>,
     /// Read, and not given out yet.
@@ -45,8 +50,18 @@ impl Recording {
     /// # Errors
     /// There is none, or it is not MCAP.
     pub fn open(path: &Path) -> Result<Self, RecordError> {
-        let unreadable = |source| RecordError::File { path: path.to_owned(), source };
-        let container = Container::open(File::open(path).map_err(unreadable)?).map_err(unreadable)?;
+        let file = File::open(path).map_err(|source| RecordError::File { path: path.to_owned(), source })?;
+        Self::of(file, path)
+    }
+}
+
+impl<R: Read + Seek> Recording<R> {
+    /// A recording in a file that is open, or in memory; the path is for messages.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not MCAP.
+    pub fn of(file: R, path: &Path) -> Result<Self, RecordError> {
+        let container = Container::open(file).map_err(|source| RecordError::File { path: path.to_owned(), source })?;
         let none = || RecordError::Format { path: path.to_owned(), why: "it is not an MCAP file".to_owned() };
         Ok(Self {
             container: container.ok_or_else(none)?,
@@ -98,16 +113,15 @@ impl Recording {
                 let recorded = decode(topic, &data).map_err(|error| RecordError::Message {
                     path: self.path.clone(),
                     topic: topic.name(),
-                    why: error.to_string(),
+                    // It may repeat what is in the file.
+                    why: shortened(&error.to_string(), LONGEST_SHOWN),
                 })?;
                 let Some(recorded) = recorded else { return Ok(()) };
                 self.last_ns = header.log_time;
                 let lost = match &recorded {
                     Recorded::Told(Told::Report(report)) => self.sequence.take(report.sequence),
-                    // Its recorder has counted these.
-                    Recorded::Gap(gap) => {
-                        self.sequence.take(gap.first.wrapping_add(gap.missing).wrapping_sub(1)).and(None)
-                    }
+                    // Its recorder has counted these, and not those that were lost with a part of the file before them.
+                    Recorded::Gap(gap) => self.sequence.skip(gap),
                     _ => None,
                 };
                 self.waiting.extend(lost.map(|gap| (header.log_time, Recorded::Gap(gap))));
@@ -119,7 +133,7 @@ impl Recording {
     }
 }
 
-impl Iterator for Recording {
+impl<R: Read + Seek> Iterator for Recording<R> {
     type Item = Result<(u64, Recorded), RecordError>;
 
     fn next(&mut self) -> Option<Self::Item> {

@@ -75,7 +75,8 @@ impl Topic {
             Self::Setup => {
                 let words = ["origin", "place", "board", "firmware"].map(|name| (name, "string"));
                 let numbers = ["protocol", "cost_hz"].map(|name| (name, "integer"));
-                ("fre.Setup", some(&[&words[..], &numbers[..], &[("settings", "object")]].concat()))
+                let rest = [("settings", "object"), ("models", "objects")];
+                ("fre.Setup", some(&[&words[..], &numbers[..], &rest[..]].concat()))
             }
         }
     }
@@ -94,6 +95,7 @@ fn flat<M: Flat>() -> Value {
 fn some(fields: &[(&str, &str)]) -> Value {
     let field = |kind: &str| match kind {
         "numbers" => json!({ "type": "array", "items": { "type": "number" } }),
+        "objects" => json!({ "type": "array", "items": { "type": "object", "properties": {} } }),
         "object" => json!({ "type": "object", "properties": {} }),
         kind => json!({ "type": kind }),
     };
@@ -122,11 +124,11 @@ fields!(EstimateMessage:
         "torque_interval_low_nmm" "torque_interval_high_nmm";
 );
 fields!(GraspMessage:
-    "integer": "sequence" "object_iterations" "object_cost";
-    "boolean": "is_trustworthy" "is_free";
+    "integer": "sequence" "object_iterations" "object_cost" "margin_slips" "margin_age";
+    "boolean": "is_trustworthy" "is_free" "has_margin" "is_carried";
     "string": "object_status";
     "number": "sum_x_n" "sum_y_n" "squeeze_n" "balance" "object_shift_x_mm" "object_shift_y_mm" "object_turn_deg"
-        "object_residual_n";
+        "object_residual_n" "margin_n" "margin_direction_deg" "margin_across_n" "margin_couple_nmm" "margin_carried_n";
 );
 fields!(ShapeMessage:
     "integer": "sequence" "finger";
