@@ -131,7 +131,7 @@ impl Ears {
 }
 
 impl Voice {
-    /// Has the control table say what is set of the gripper itself.
+    /// Puts into the control table what is set of the gripper itself.
     pub(crate) fn settle(&mut self, settings: &Settings) {
         if let Some(bus) = BusSettings::of(settings) {
             self.table.set_bus(&bus, settings.count());
