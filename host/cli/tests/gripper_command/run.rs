@@ -21,7 +21,7 @@ fn a_planned_motion_is_made_and_recorded() {
     // two seconds more than the plan wants, and at the end.
     let closed = planned.places.iter().position(|[_, angle_deg]| *angle_deg == 6.0).unwrap();
     planned.places.iter_mut().skip(closed + 1).for_each(|[time_s, _]| *time_s += 2.0);
-    planned.places.push([planned.length_s() + 4.0, 6.0]);
+    planned.places.push([planned.length_s() + 10.0, 6.0]);
     std::fs::write(&plan, planned.csv()).unwrap();
     let words =
         ["gripper", "run", plan.to_str().unwrap(), "--csv", table.to_str().unwrap(), "--after", "0.5", "--force"];
