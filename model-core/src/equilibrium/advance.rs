@@ -47,6 +47,17 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         } else {
             self.timeline.at() - size
         };
+        if untouched
+            && !is_strained
+            && self.work.history.slip.rubs()
+            && remaining != T::ZERO
+            && let Some(met) = self.meets(target)
+        {
+            self.timeline.take(met, to);
+            self.timeline.present.rest();
+            self.accept(met);
+            return None;
+        }
         // A step costs at least an evaluation, also where it needs no iteration.
         let left = budget.saturating_sub(outcome.iterations + outcome.steps);
         if left == 0 && outcome.steps > 0 {

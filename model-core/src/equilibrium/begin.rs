@@ -67,7 +67,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     }
 
     #[inline(never)]
-    fn put_to_rest(&mut self, coordinate: T) -> Seen<T, O> {
+    pub(super) fn put_to_rest(&mut self, coordinate: T) -> Seen<T, O> {
         self.timeline.present.rest();
         self.work.history.memory.mute();
         self.seen(coordinate)

@@ -24,6 +24,7 @@ mod end_gaps;
 mod fold;
 mod hop;
 mod joint;
+mod meet;
 #[cfg(test)]
 mod memory;
 mod moved;

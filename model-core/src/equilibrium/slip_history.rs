@@ -124,3 +124,32 @@ fn what_sticks_does_not_creep() {
     std::println!("{double:.1e} N in double, {single:.1e} N in single precision");
     assert!(double < 1e-4 && single < 0.02, "{double} {single}");
 }
+
+/// Force at the end of a way in even steps.
+fn closed<T: Real>(object: ObjectDesign, friction: f64, degrees: f64, steps: u32) -> [f64; 2] {
+    let mut follower = start::<T>(object, friction);
+    for step in 0..=steps {
+        to(&mut follower, degrees * f64::from(step) / f64::from(steps));
+    }
+    follower.solution().force_world().map(Real::to_f64)
+}
+
+/// What touches for the first time has not slipped before: the force does not depend on where the steps of the way end.
+#[test]
+fn a_first_contact_does_not_depend_on_the_steps() {
+    let wall = ObjectDesign::HalfPlane { point: [4.0, 70.0], normal: [-1.0, -0.25] };
+    let bore = ObjectDesign::Bore { centre: [-195.0, 33.752], radius: 200.0 };
+    for (name, object) in [("wall", wall), ("bore", bore), ("circle", CIRCLE)] {
+        for friction in [0.5, 1.5] {
+            let fine = closed::<f64>(object, friction, 1.0, 4000);
+            let size = fine[0].hypot(fine[1]);
+            for steps in [1, 2, 7, 40] {
+                for found in [closed::<f64>(object, friction, 1.0, steps), closed::<f32>(object, friction, 1.0, steps)]
+                {
+                    let apart = (found[0] - fine[0]).hypot(found[1] - fine[1]);
+                    assert!(apart < 1e-3 * size, "{name}, m {friction}, {steps} steps: {found:?}, not {fine:?}");
+                }
+            }
+        }
+    }
+}
