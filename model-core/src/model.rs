@@ -36,6 +36,8 @@ pub struct Model<T: Real, S: Size> {
     pub(crate) sudden: (T, [T; 2]),
     /// The first is the second: it goes with Young's modulus.
     pub(crate) softness_is_own: bool,
+    /// There is friction, which a contact without softness would not find an equilibrium with where what sticks begins to slip.
+    pub(crate) rubs: bool,
     /// Weight lᵢ of a node's direction in its member's end-to-end vector, mm.
     pub(crate) weight: S::Nodes<T>,
     /// Undeformed direction (cos β, sin β) at a node.
@@ -75,6 +77,7 @@ impl<T: Real, S: Size> Model<T, S> {
         softness: [T::ZERO; 2],
         sudden: (T::ZERO, [T::ZERO; 2]),
         softness_is_own: false,
+        rubs: false,
         weight: <S::Nodes<T> as Storage<T>>::EMPTY,
         direction: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,
         coupling: <S::Nodes<[T; 2]> as Storage<[T; 2]>>::EMPTY,

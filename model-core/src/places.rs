@@ -66,18 +66,18 @@ impl<T: Real, S: Size> Model<T, S> {
         (T::of((sample.saturating_sub(first) % per_element) as f64) + part) / T::of(per_element as f64)
     }
 
-    /// Contact softness ε_c in use: between the samples of a sharp object's contact no less than the beam's own. Without any, the force
-    /// would hop from place to place.
+    /// Contact softness ε_c in use: between the samples of a sharp object's contact no less than the beam's own, and with friction that where
+    /// there would be none. Without any, the force would hop from place to place.
     #[inline]
     pub(crate) fn contact_softness(&self) -> T {
         let [asked, own] = self.softness;
-        if self.fineness > 1 { asked.max(own) } else { asked }
+        if self.fineness > 1 || self.rubs && asked == T::ZERO { asked.max(own) } else { asked }
     }
 
     /// The softness in use is the beam's own, which goes with Young's modulus.
     pub(crate) fn softness_follows(&self) -> bool {
         let [asked, own] = self.softness;
-        self.softness_is_own || self.fineness > 1 && own > asked
+        self.softness_is_own || own > asked && self.contact_softness() == own
     }
 
     /// Number of places.

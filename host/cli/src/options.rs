@@ -74,6 +74,7 @@ pub struct ModelArgs {
     /// Contact softness ε in gap + ε·force = 0, mm/N, 0 to 1
     ///
     /// The default is the front beam's own with samples, 1/(E·width), and 0 with nodes.
+    /// With friction 0 stands for the beam's own.
     #[arg(long, value_name = "X", allow_negative_numbers = true)]
     softness_mm_per_n: Option<f64>,
     /// Physics

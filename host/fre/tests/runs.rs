@@ -4,10 +4,13 @@ use std::ops::ControlFlow;
 
 use fre::case::{Case, Coordinate};
 use fre::study::json::{Row, json};
+use fre::study::model::Options;
 use fre::study::place::{At, Place};
 use fre::study::run::{Run, Unsolved, solve, solve_watched};
 use fre::study::warnings::Warning;
 use fre::study::{course, csv, text};
+use model_core::discretise::{Discretisation, Physics, Scheme, Softness};
+use model_core::status::Status;
 
 const CASE: &str = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
                     motion.motor_angles_deg = [0, 4, 8]\n";
@@ -48,6 +51,45 @@ fn the_work_that_does_not_come_back_is_dissipated() {
         assert!((done - returned - dissipated).abs() < 1e-3 * dissipated, "{angles}: {done} {returned} {dissipated}");
         assert!(done > 25.0 && dissipated > 3.0, "{angles}: {done} {dissipated}");
     }
+}
+
+/// With friction a contact without softness is as soft as the beam: without, a reversal at the paper's resolution was lost, or snapped.
+#[test]
+fn friction_softens_a_contact_at_nodes() {
+    let text = CASE.replace("radius_mm", "friction = 0.6, radius_mm").replace("0, 4, 8", "0, 4, 8, 7.5, 4, 0");
+    let mut options = Options { discretisation: Discretisation::full(Scheme::Paper, Physics::Paper), ..Default::default() };
+    let found = solve(&case(&text), &options).unwrap();
+    options.discretisation.softness = Softness::Local;
+    let expected = solve(&case(&text), &options).unwrap();
+    for (found, expected) in found.places.iter().zip(&expected.places) {
+        assert!(matches!(found.status, Status::Converged | Status::NoContact), "{found:?}");
+        assert_eq!(found.force_magnitude_n(), expected.force_magnitude_n());
+    }
+}
+
+/// The case's own force is within its interval, whatever the object, and an interval is none between two branches.
+#[test]
+fn an_interval_holds_the_cases_own_forces() {
+    let square = "shape = \"polygon\", corners_mm = [[6, 20], [50, 20], [50, 62], [6, 62]], rounding_mm = 2, friction = 0.5";
+    let mut with = 0;
+    for object in [square, "shape = \"circle\", radius_mm = 40, centre_mm = [41, 45], friction = 0.6"] {
+        let text = CASE.replace("shape = \"circle\", radius_mm = 40, centre_mm = [41, 45]", object);
+        let run = solved(&text.replace("0, 4, 8", "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 12, 11, 10, 9, 8, 6, 4, 2, 0"));
+        for place in &run.places {
+            let Some(state) = &place.state else { continue };
+            let Some(interval) = state.force_interval else { continue };
+            let friction = state.friction.unwrap();
+            for (value, [low, high]) in [
+                (place.force_magnitude_n().unwrap(), interval.magnitude),
+                (friction.normal_n, interval.normal),
+                (state.motor_torque_nmm, interval.torque_nmm),
+            ] {
+                assert!((low..=high).contains(&value), "{:?}: {value} is not in {low} to {high}", place.at);
+            }
+            with += u32::from(friction.normal_n > 0.0);
+        }
+    }
+    assert!(with > 20, "{with}");
 }
 
 #[test]

@@ -110,7 +110,8 @@ pub enum Softness {
     /// force is less by as small a part whatever the finger is made of.
     #[default]
     Local,
-    /// So much, mm/N. Where an object is so sharp that it is looked for between the samples, no less than [`Self::Local`].
+    /// So much, mm/N. Where an object is so sharp that it is looked for between the samples, no less than [`Self::Local`]; and with friction
+    /// zero stands for that.
     Fixed(f64),
 }
 

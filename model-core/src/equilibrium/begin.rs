@@ -77,10 +77,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         sweep.nearest >= T::ZERO && !self.rests_behind(sweep)
     }
 
-    /// Looks for contacts as densely as the object asks.
+    /// Looks for contacts as densely as the object asks, as soft as friction asks.
     #[inline(never)]
     pub(super) fn refine(&mut self) {
         self.model.refine(Seen::new(self.object, &self.model.units).sharpest());
+        self.model.rubs = self.work.history.slip.is_given();
     }
 
     /// Largest step of the coordinate.

@@ -311,6 +311,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         check("friction", coefficient, if S::RUBS { FRICTIONS } else { [0.0; 2] })?;
         self.work.history.slip.coefficient = T::of(coefficient);
         self.timeline.unmark();
+        self.refine();
         self.rest();
         Ok(())
     }

@@ -42,7 +42,7 @@ pub(crate) struct Slip<T: Real, S: Size> {
     rotation: [T; 2],
     shift: [T; 2],
     turned: T,
-    /// Energy that friction has dissipated since the hand was open.
+    /// Energy that friction has dissipated since the path began.
     pub dissipated: T,
 }
 

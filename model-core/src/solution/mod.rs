@@ -150,7 +150,8 @@ impl<'a, T: Real, S: Size> Solution<'a, T, S> {
         self.slip.rubs()
     }
 
-    /// Energy that friction has dissipated since the hand was open, N·mm: with the potential it is the work that closing has taken.
+    /// Energy that friction has dissipated since the path began, N·mm, however often the hand was open since: with the potential it is the
+    /// work that the path has taken.
     pub fn dissipated(self) -> T {
         self.slip.dissipated * self.model.units.moment()
     }

@@ -145,7 +145,7 @@ pub fn work(case: &Case, run: &Run) -> Option<[f64; 2]> {
     Some([done, returned])
 }
 
-/// What has been stored and dissipated since the hand was open, N·mm; `None` where it is not known.
+/// What has been stored, and dissipated since the path began, N·mm; `None` where it is not known.
 fn spent(place: &Place) -> Option<f64> {
     let state = place.state.as_ref()?;
     Some(state.energy_nmm? + state.friction.as_ref().map_or(0.0, |friction| friction.dissipated_nmm))

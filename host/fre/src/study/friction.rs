@@ -16,7 +16,7 @@ pub struct Friction {
     pub tangential_n: f64,
     /// Sum of the tangential forces' magnitudes over coefficient times normal forces: 1 where everything slips; 0 without contact.
     pub mobilised: f64,
-    /// Energy that friction has dissipated since the hand was open, N·mm.
+    /// Energy that friction has dissipated since the path began, N·mm.
     pub dissipated_nmm: f64,
 }
 
@@ -38,7 +38,8 @@ impl Friction {
     }
 }
 
-/// Between which values the forces of a place lie if it is unknown how the finger came there: those of closing slip and of opening slip.
+/// Between which values the forces of a place lie if it is unknown how the finger came there: those of closing slip and of opening slip,
+/// and of what the case itself has come to.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ForceInterval {
     /// Sum of the normal forces, N.
@@ -53,10 +54,10 @@ impl ForceInterval {
     /// The ways of slip between which a past lies.
     pub const WAYS: [SlipWay; 2] = [SlipWay::Closing, SlipWay::Opening];
 
-    /// What lies between two followers at the same place.
-    pub fn between<T: Real, S: Size>(followers: &[Box<Follower<T, S>>; 2]) -> Self {
+    /// What lies between three followers at the same place: the case's own, and those on which everything slips one way.
+    pub fn over<T: Real, S: Size>(followers: [&Follower<T, S>; 3]) -> Self {
         let mut found = Self { normal: [0.0; 2], magnitude: [0.0; 2], torque_nmm: [0.0; 2] };
-        for (index, follower) in followers.iter().enumerate() {
+        for (index, follower) in followers.into_iter().enumerate() {
             let (mut sum, mut push) = (0.0, [0.0; 2]);
             let solution = follower.solution();
             for contact in solution.contacts() {

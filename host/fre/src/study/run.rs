@@ -202,7 +202,7 @@ impl<T: Real, S: Size> Walk<T, S> {
         let known = outcome.status.is_trustworthy();
         let mut state =
             known.then(|| state(&mut self.follower, &mut self.probe, &self.case, &self.options, &self.samples));
-        let interval = self.interval(target);
+        let interval = self.interval(target, outcome.status);
         if let Some(state) = &mut state {
             state.force_interval = interval;
             // Last: it is asked of a factorisation, which the next step makes anew.
@@ -229,11 +229,15 @@ impl<T: Real, S: Size> Walk<T, S> {
 }
 
 impl<T: Real, S: Size> Walk<T, S> {
-    /// What the forces at a place lie between if the path is unknown.
-    fn interval(&mut self, target: Target) -> Option<ForceInterval> {
+    /// What the forces at a place lie between if the path is unknown. `None` where a bound is on another branch than the case, which has this
+    /// status: it says nothing about it.
+    fn interval(&mut self, target: Target, own: Status) -> Option<ForceInterval> {
         let bounds = self.bounds.as_mut()?;
-        let known = bounds.each_mut().map(|follower| follower.follow_within(target, MOST_ITERATIONS).status);
-        known.iter().all(|status| status.is_trustworthy()).then(|| ForceInterval::between(bounds))
+        let found = bounds.each_mut().map(|follower| follower.follow_within(target, MOST_ITERATIONS).status);
+        let has_snapped = |status| status == Status::Snapped;
+        let is_alike = |status: &Status| status.is_trustworthy() && has_snapped(*status) == has_snapped(own);
+        let [closing, opening] = &*bounds;
+        found.iter().all(is_alike).then(|| ForceInterval::over([&self.follower, closing, opening]))
     }
 }
 
