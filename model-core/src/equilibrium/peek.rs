@@ -3,7 +3,7 @@
 
 use super::timeline::Search;
 use super::{Follower, Moved, SlipWay};
-use crate::contact::{ContactState, SlipState};
+use crate::contact::SlipState;
 use crate::newton::attempt::{Attempt, Judged, Limits};
 use crate::newton::settings::NewtonSettings;
 use crate::object::Object;
@@ -97,7 +97,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.reject();
         let spent = self.timeline.take_up(search, &self.model);
         let attempt = self.look(&aside, within.now.min(within.most.saturating_sub(spent)), false, within.is_short);
-        self.work.history.slip.forced = ContactState::Open;
         let Some(attempt) = attempt else { return Sought::Nowhere };
         let spent = spent + attempt.iterations;
         if attempt.status == Status::Converged && self.solution().reading().is_finite() {
@@ -142,7 +141,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let seen = self.seen(to);
         self.object = object;
         self.aim_past(to, &moved);
-        self.work.history.slip.forced = aside.forced.map_or(ContactState::Open, SlipWay::state);
+        let own = self.work.history.slip.forced;
+        self.work.history.slip.forced = aside.forced.map_or(own, SlipWay::state);
         let limits = Limits {
             iterations,
             budget: iterations,
@@ -155,7 +155,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let (present, accepted) = self.timeline.present_and_accepted();
         let judged = Judged { state: accepted, drift: self.drift };
         let attempt = self.work.newton(&self.model, &mut self.factored, present, &seen, judged, &limits);
-        self.sweep = attempt.sweep;
+        (self.sweep, self.work.history.slip.forced) = (attempt.sweep, own);
         Some(attempt)
     }
 }

@@ -1,7 +1,7 @@
 //! What lies beside the place of a finger with friction, looked at in ticks that have time for it: how its forces change with the angle and with the
 //! object's place, and what they would be with another past.
 
-use super::friction::{NOTHING, PAST, Rub, Turn};
+use super::friction::{End, NOTHING, PAST, Rub, Turn};
 use super::{CONVERGES_WITHIN, DIFFERENTIATE_EVERY, DIFFERENTIATE_WITHIN, Estimate, Estimator, SHORT_WAY, Visit};
 use crate::equilibrium::{Aside, Moved, Patience, SlipWay, Sought};
 use crate::real::{Real, Vec2};
@@ -93,14 +93,27 @@ impl<T: Real, S: Size> Estimator<T, S> {
             }
             (rub.turn, rub.moved) = (Turn::Angle, false);
         }
+        let way = self.nearest_slip();
+        if rub.turn == Turn::Slip && self.follower.slips(way) {
+            (rub.slipping, rub.turn) = (Some(End { at: rub.place, reading: rub.reading }), Turn::CentreX);
+        }
+        let base = rub.slipping.filter(|base| base.at == rub.place);
+        if matches!(rub.turn, Turn::CentreX | Turn::CentreY) && base.is_none() {
+            // The finger has moved on.
+            rub.turn = Turn::Slip;
+        }
         let angle = SHORT_ANGLE * rub.path.way().sign();
         let unit = |on: Turn| if rub.turn == on { T::of(SHORT_SHIFT) } else { T::ZERO };
         let shift = [unit(Turn::CentreX), unit(Turn::CentreY)];
         let along = if rub.turn == Turn::Angle { T::of(angle * self.ratio) } else { T::ZERO };
         let moved = Moved { shift, ..Moved::NONE };
-        let found = self.follower.peek(Aside { along, moved, forced: None }, is_short);
+        // An object that is elsewhere has been there all along, so that it has not been shifted: what slips goes on slipping, and what sticks
+        // is compared with the same shift of what slips, whose first iterations are from the same place.
+        let forced = (rub.turn != Turn::Angle).then_some(way);
+        let found = self.follower.peek(Aside { along, moved, forced }, is_short);
         let Some(found) = found.map(|found| self.taken(found)) else { return 1 };
-        let change = found.plus(-1.0, &rub.reading);
+        let from = if rub.turn == Turn::Angle { rub.reading } else { base.map_or(rub.reading, |base| base.reading) };
+        let change = found.plus(-1.0, &from);
         let size = rub.reading.force.map(f64::from);
         let length = libm::hypot(size[0], size[1]);
         let along = |change: &Reading<f32>, way: f64| {
@@ -111,8 +124,9 @@ impl<T: Real, S: Size> Estimator<T, S> {
             Turn::Angle => {
                 rub.per_angle = NOTHING.plus((1.0 / angle) as f32, &change);
                 self.slopes = Slopes { angle: along(&change, angle), ..self.slopes };
-                (rub.has_angle, rub.turn) = (true, Turn::CentreX);
+                (rub.has_angle, rub.turn) = (true, Turn::Slip);
             }
+            Turn::Slip => (rub.slipping, rub.turn) = (Some(End { at: rub.place, reading: found }), Turn::CentreX),
             Turn::CentreX => {
                 self.slopes.centre[0] = along(&change, SHORT_SHIFT);
                 rub.turn = Turn::CentreY;
@@ -126,6 +140,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
             }
         }
         1
+    }
+
+    /// The slip that pulls the finger the way that friction does.
+    fn nearest_slip(&self) -> SlipWay {
+        let along = self.follower.solution().contacts().fold(T::ZERO, |sum, contact| sum + contact.tangential);
+        if along < T::ZERO { SlipWay::Opening } else { SlipWay::Closing }
     }
 
     /// Mean normal out of the object, by force, world frame.

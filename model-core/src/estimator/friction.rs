@@ -26,6 +26,8 @@ pub(super) struct Rub {
     /// The forces if everything slipped as while closing, and as while opening, where that is known.
     closing: Option<End>,
     opening: Option<End>,
+    /// Those with which the forces at a shifted object are compared.
+    pub slipping: Option<End>,
     /// What is looked at in the next tick that has time for it.
     pub turn: Turn,
     /// The place has moved since the derivatives were begun.
@@ -37,15 +39,16 @@ pub(super) struct Rub {
 
 /// An end of what the forces may be, and the place where it was found, rad.
 #[derive(Clone, Copy)]
-struct End {
-    at: f64,
-    reading: Reading<f32>,
+pub(super) struct End {
+    pub at: f64,
+    pub reading: Reading<f32>,
 }
 
 /// Whose turn it is to be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     Angle,
+    Slip,
     CentreX,
     CentreY,
     Rest,
@@ -73,6 +76,7 @@ impl Rub {
         per_angle: NOTHING,
         closing: None,
         opening: None,
+        slipping: None,
         turn: Turn::Angle,
         moved: false,
         has_angle: false,
@@ -230,13 +234,16 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let rest = if rub.has_angle && !free { rub.path.ahead_of(rub.place) as f32 } else { 0.0 };
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
-        let (_, backlash) = self.slack();
+        let (play, backlash) = self.slack();
         let turned = rub.path.turned(backlash).copied();
+        // A motion from an unknown past may have begun anywhere within the play.
+        let lag = if rub.path.supposed && rub.has_angle { play as f32 } else { 0.0 };
+        let lagging = [-lag, lag].into_iter().flat_map(|lag| [one, other].map(|end| end.plus(lag, &rub.per_angle)));
+        let others = [other].into_iter().chain(turned).chain(lagging);
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
-        estimate.interval =
-            ends.map(|_| Interval::over(&one, [other].into_iter().chain(turned)).with(estimate.force, estimate.torque));
+        estimate.interval = ends.map(|_| Interval::over(&one, others).with(estimate.force, estimate.torque));
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;

@@ -105,6 +105,45 @@ fn within(interval: &Interval, truth: &Reading<f32>, slack: f32) -> bool {
     let size = libm::hypotf(truth.force[0], truth.force[1]);
     holds(interval.normal, truth.normal) && holds(interval.magnitude, size) && holds(interval.torque, truth.torque)
 }
+
+/// Magnitude of the force at the end of a way of angles, degrees, with the object's centre shifted.
+fn arrived(coefficient: f64, height: f64, shift: [f64; 2], way: &[f64]) -> (Box<Estimator<f64, Rubbing>>, f64) {
+    let mut estimator = estimator::<f64>(coefficient, height);
+    let centre = [41.0 + shift[0], height + shift[1]];
+    estimator.set_object(ObjectDesign::Circle { centre, radius: 40.0 }).expect("a valid object");
+    let mut from = -1.0;
+    for &to in way {
+        go(&mut estimator, from, to);
+        from = to;
+    }
+    let last = rest(&mut estimator, from);
+    assert!(last.status.is_trustworthy(), "{last:?}");
+    let size = f64::from(last.force_magnitude());
+    (estimator, size)
+}
+
+/// An object that is elsewhere has been there all along: the force changes with its place as of a finger that has come the same way.
+#[test]
+fn slopes_are_those_of_a_finger_that_has_come_the_same_way() {
+    for (coefficient, height) in [(0.3, 45.0), (0.6, 45.0), (0.6, 30.0), (1.0, 60.0)] {
+        for way in [&[8.0][..], &[8.0, 6.0], &[8.0, 7.8], &[8.0, 7.6], &[8.0, 7.0, 7.4]] {
+            let (estimator, _) = arrived(coefficient, height, [0.0; 2], way);
+            let slope = |shift: [f64; 2]| {
+                let [less, more] = [-1.0, 1.0].map(|sign| arrived(coefficient, height, shift.map(|x| sign * x), way).1);
+                (more - less) / 0.4
+            };
+            let expected = [slope([0.2, 0.0]), slope([0.0, 0.2])];
+            let found = estimator.slopes.centre.map(f64::from);
+            std::println!("m {coefficient} {height} {way:?}: {found:.4?} N/mm, by differences {expected:.4?}");
+            let [size, reference] = [found, expected].map(|[x, y]| libm::hypot(x, y));
+            assert!(
+                (0.65..1.5).contains(&(size / reference)),
+                "{coefficient} {height} {way:?}: {found:?} {expected:?}"
+            );
+        }
+    }
+}
+
 /// Part of the forces by which they differ between two places a count apart: what the play leaves of the angle, which the standard deviation
 /// counts by itself.
 const ANGLE: f32 = 0.04;

@@ -67,16 +67,17 @@ impl<T: Real, S: Size> Estimator<T, S> {
             estimate.interval = None;
             return estimate;
         }
+        // What is not known of either past may be anything within their range.
+        let reading = Reading { force: elastic.force, normal: self.normal(), torque: elastic.torque };
+        let rubbed = elastic.interval.unwrap_or_else(|| Interval::over(&reading, core::iter::empty()));
+        let interval = rubbed.times([part - doubt, part + doubt]).with(estimate.force, estimate.torque);
         if elastic.interval.is_some() || doubt > KNOWN * part {
-            let reading = Reading { force: elastic.force, normal: self.normal(), torque: elastic.torque };
-            let elastic = elastic.interval.unwrap_or_else(|| Interval::over(&reading, core::iter::empty()));
-            estimate.interval = Some(elastic.times([part - doubt, part + doubt]).with(estimate.force, estimate.torque));
+            estimate.interval = Some(interval);
         }
-        // What is not known of its past may be anything within its range.
-        let unknown = doubt * elastic.force_magnitude() * libm::sqrtf(1.0 / 3.0);
-        let others = part * elastic.standard_deviation;
+        let squared = |x: f32| x * x;
+        let others = squared(part) * (squared(elastic.standard_deviation) - squared(rubbed.deviation())).max(0.0);
         let memory = self.memory_variance(load, part, elastic.force_magnitude() / size);
-        let variance = others * others + memory + unknown * unknown;
+        let variance = others + memory + squared(interval.deviation());
         estimate.standard_deviation = if variance.is_nan() { f32::INFINITY } else { libm::sqrtf(variance.max(0.0)) };
         estimate
     }
