@@ -157,6 +157,7 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
     let mut files = force.files();
     for shard in shards {
         files.input(shard, "a shard")?;
+        files.input(&Ledger::beside(shard), "the file beside a shard")?;
     }
     let rows = Target::of(&mut files, out, "--out")?;
     if !is_standard(out) {

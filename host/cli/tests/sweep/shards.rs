@@ -50,6 +50,17 @@ fre: 14 rows (0 computed, 14 from before): 12 converged, 2 no-contact
     ] {
         refused(&format!("merge {arguments}"), &merge(arguments));
     }
+    // The file that says of which sweep a shard is belongs to what is read.
+    let before = read("2.csv.sweep");
+    let output = merge("1.csv 2.csv 3.csv --out 2.csv.sweep --force");
+    snapbox::assert_data_eq!(
+        words(&output.stderr),
+        snapbox::str![[r#"
+fre: --out: 2.csv.sweep is the same file as the file beside a shard (2.csv.sweep); an output needs a file of its own
+
+"#]]
+    );
+    assert_eq!((output.status.code(), read("2.csv.sweep")), (Some(1), before));
     // A shard that was stopped is named by the row that is missing.
     let torn = read("2.csv");
     let last = torn.trim_end().rfind('\n').unwrap() + 1;
