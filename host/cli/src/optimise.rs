@@ -18,8 +18,8 @@ use crate::standard;
 use fre::draw::{self, Format, Scene, Theme};
 use fre::files::{FileError, Folder};
 use fre::optimise::{
-    self, Front, Goal, Limit, Log, OptimiseError, Problem, Progress, Report, Settings, Variable, front_picture,
-    front_text, optimise, page, pictures_of,
+    self, Front, Goal, Limit, Log, OptimiseError, Problem, ProblemError, Progress, Report, Settings, Variable,
+    front_picture, front_text, optimise, page, pictures_of,
 };
 
 /// File of the finished starts.
@@ -159,12 +159,28 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
+/// Why there is no problem, with the option that it comes from.
+fn refused(args: &Args, error: &ProblemError) -> String {
+    match error {
+        ProblemError::Object { object, error } => {
+            let numbers = object.checked_sub(1).and_then(|index| args.also.get(index)).into_iter().flatten();
+            let words: Vec<String> = numbers.map(|(key, number)| format!("{key}={number}")).collect();
+            format!("--also {}: {error}", words.join(","))
+        }
+        ProblemError::Twice { .. } => format!("--vary: {error}"),
+        ProblemError::Beyond { measure, .. } if *measure == args.goal.measure.to_string() => format!("--goal {error}"),
+        ProblemError::Beyond { .. } => format!("--subject-to {error}"),
+        error => error.to_string(),
+    }
+}
+
 fn work(args: &Args) -> Result<bool, Failure> {
     let words = |error: &dyn std::fmt::Display| error.to_string();
     let document = standard::document(&args.case).map_err(|error| words(&error))?;
     let wanted = (args.goal, args.subject_to.clone());
     let problem = Problem::new(document, args.vary.clone(), wanted, &args.also, args.model.options())
-        .map_err(|error| words(&error))?;
+        .map_err(|error| refused(args, &error))?;
+    args.front.map_or(Ok(()), |second| problem.reaches(second.measure)).map_err(|error| format!("--front {error}"))?;
     let settings =
         Settings { starts: usize::from(args.starts), seed: args.seed, most: args.most as usize, ..Settings::default() };
     let kept = args.out.as_ref().map(|folder| folder.join(SEARCH));

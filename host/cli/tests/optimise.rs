@@ -160,3 +160,44 @@ finger.width_mm # # # to #
 "#]]
     );
 }
+
+/// Every message names the option that it is about.
+#[test]
+fn what_is_no_problem_is_refused_by_its_option() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    let vary = "finger.width_mm=15:25";
+    for (words, refused) in [
+        (&["--goal", "mass", "--vary", vary][..], "--vary: finger.width_mm is varied twice; allowed is once"),
+        (&["--goal", "force at 200"], "--goal \"force at 200\": 200° is beyond the motion; allowed is -180 to 180°"),
+        (
+            &["--goal", "mass", "--subject-to", "no-snap before 400"],
+            "--subject-to \"snap up to 400\": 400° is beyond the motion; allowed is -180 to 180°",
+        ),
+        (
+            &["--goal", "mass", "--front", "force at 200"],
+            "--front \"force at 200\": 200° is beyond the motion; allowed is -180 to 180°",
+        ),
+        (&["--goal", "mass", "--also", "object.radius_mm=-3"], "--also object.radius_mm=-3: "),
+        (&["--goal", "mass", "--also", "object.size=3"], "--also object.size=3: \"object.size\" is not a number"),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        let command = command.args(["optimise", "case.toml", "--vary", vary]).args(words);
+        let output = command.current_dir(folder.path()).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.code() == Some(1) && said.starts_with(&format!("fre: {refused}")), "{words:?}: {said}");
+    }
+}
+
+/// A force of 0 before: there is no share of it.
+#[test]
+fn what_was_zero_gets_better_by_no_share() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("case.toml"), CASE.replace("[41.0, 45.0]", "[60.0, 45.0]")).unwrap();
+    let words = ["case.toml", "--goal", "force at 6", "--vary", "finger.width_mm=15:25", "--starts", "1"];
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    let output = command.arg("optimise").args(words).current_dir(folder.path()).output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    let goal = text.lines().find(|line| line.starts_with("largest force at 6°"));
+    assert!(goal.is_some_and(|line| !line.contains('%')), "{output:?}");
+}

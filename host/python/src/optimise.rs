@@ -31,6 +31,9 @@ fn refused(error: &ProblemError) -> PyErr {
         ProblemError::NoVariables => case_error("vary: at least one key with its bounds is needed", Some("vary"), None),
         ProblemError::Key(error) => case_error(error.to_string(), Some(error.key()), None),
         ProblemError::Case(error) => of_case(error, false),
+        ProblemError::Object { error, .. } => refused(error),
+        ProblemError::Twice { key } => case_error(format!("vary: {error}"), Some(key), None),
+        ProblemError::Beyond { .. } => value(error.to_string()),
     }
 }
 

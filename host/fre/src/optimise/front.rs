@@ -46,6 +46,7 @@ pub fn front(
     log: &mut Log,
     mut watch: impl FnMut(usize, Progress) -> ControlFlow<()>,
 ) -> Result<Front, OptimiseError> {
+    problem.reaches(second.measure)?;
     let goals = [problem.goal(), second];
     // A limit that every value keeps makes both goals known at every point.
     let open = |goal: Goal| Limit { measure: goal.measure, least: None, most: None };

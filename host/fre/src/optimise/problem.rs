@@ -10,7 +10,7 @@ use toml_edit::{DocumentMut, Table};
 use super::goal::{Goal, Limit, Variable};
 use super::grasp::{Grasp, Line, Wanted};
 use super::measure::Measure;
-use crate::case::{Case, CaseError, Document, KeyError};
+use crate::case::{Case, CaseError, Coordinate, Document, KeyError, MAX_ANGLE, MAX_DISTANCE};
 use crate::study::model::{Options, Precision};
 
 /// What a case with friction is refused by.
@@ -34,12 +34,38 @@ pub enum ProblemError {
     /// Nothing may be changed.
     #[error("at least one key with its bounds is needed (--vary KEY=A:B)")]
     NoVariables,
+    /// A key has two pairs of bounds.
+    #[error("{key} is varied twice; allowed is once")]
+    Twice {
+        /// The key.
+        key: String,
+    },
+    /// A goal or a limit is about a place that no case may have.
+    #[error("\"{measure}\": {at}{unit} is beyond the motion; allowed is -{most} to {most}{unit}")]
+    Beyond {
+        /// The measure in its words.
+        measure: String,
+        /// The place, degrees or mm.
+        at: f64,
+        /// The unit of a place.
+        unit: &'static str,
+        /// The largest place.
+        most: f64,
+    },
     /// A key that cannot be set.
     #[error(transparent)]
     Key(#[from] KeyError),
     /// An object cannot be made.
     #[error(transparent)]
     Case(#[from] CaseError),
+    /// The same of one of the other objects.
+    #[error("object {}: {error}", .object + 1)]
+    Object {
+        /// Its index: 0 is the case's own.
+        object: usize,
+        /// What is wrong with it.
+        error: Box<Self>,
+    },
 }
 
 /// A problem. Several objects are grasped one after the other; a measure then counts by its worst object.
@@ -80,7 +106,7 @@ impl Problem {
     /// A problem over numbers of a case. `objects` are the numbers, by their keys, that make the other objects.
     ///
     /// # Errors
-    /// There is nothing to vary, a key is unknown, or an object cannot be made.
+    /// There is nothing to vary, a key is unknown or there twice, a place is beyond what a case may have, or an object cannot be made.
     pub fn new(
         document: Document,
         variables: Vec<Variable>,
@@ -91,7 +117,10 @@ impl Problem {
         if variables.is_empty() {
             return Err(ProblemError::NoVariables);
         }
-        for variable in &variables {
+        for (index, variable) in variables.iter().enumerate() {
+            if variables[..index].iter().any(|other| other.key == variable.key) {
+                return Err(ProblemError::Twice { key: variable.key.clone() });
+            }
             document.need(&variable.key)?;
             if variable.key == FRICTION {
                 // A search needs derivatives, which there are none of.
@@ -100,18 +129,29 @@ impl Problem {
         }
         document.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
         let mut documents = vec![document];
-        for numbers in objects {
-            let mut other = documents[0].clone();
-            for (key, number) in numbers {
-                other.set(key, *number)?;
-            }
-            other.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
+        for (index, numbers) in objects.iter().enumerate() {
+            let other = with_numbers(&documents[0], numbers)
+                .map_err(|error| ProblemError::Object { object: index + 1, error: Box::new(error) })?;
             documents.push(other);
         }
         let mut problem =
             Self { documents, variables, goal, limits, options, places: Vec::new(), solved: AtomicUsize::new(0) };
+        problem.measures().try_for_each(|measure| problem.reaches(measure))?;
         problem.places = places(problem.measures());
         Ok(problem)
+    }
+
+    /// Whether the places of a measure are such as a case may have.
+    ///
+    /// # Errors
+    /// One of them is not.
+    pub fn reaches(&self, measure: Measure) -> Result<(), ProblemError> {
+        let unit = self.unit();
+        let most = if unit == Coordinate::Angle.unit() { MAX_ANGLE } else { MAX_DISTANCE };
+        match measure.places().into_iter().find(|at| at.is_nan() || at.abs() > most) {
+            Some(at) => Err(ProblemError::Beyond { measure: measure.to_string(), at, unit, most }),
+            None => Ok(()),
+        }
     }
 
     /// The same variables and objects with another goal and other limits.
@@ -390,6 +430,16 @@ impl Problem {
         };
         Some((mass(&sides[1])? - mass(&sides[0])?) / (sides[1][variable] - sides[0][variable]))
     }
+}
+
+/// A case with other numbers by their keys: another object.
+fn with_numbers(document: &Document, numbers: &[(String, f64)]) -> Result<Document, ProblemError> {
+    let mut other = document.clone();
+    for (key, number) in numbers {
+        other.set(key, *number)?;
+    }
+    other.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
+    Ok(other)
 }
 
 /// A measure of a case, at the places that it needs; `None` where it has no number.

@@ -24,7 +24,7 @@ pub struct Reached {
     pub before: Option<f64>,
     /// Of the best design.
     pub after: Option<f64>,
-    /// How much better, as a share of the number before, percent.
+    /// How much better, as a share of the number before, percent; `None` where that was 0.
     pub better_percent: Option<f64>,
 }
 
@@ -88,7 +88,11 @@ impl Report {
             unit: goal.measure.unit(),
             before: before.goal,
             after: after.goal,
-            better_percent: before.goal.zip(after.goal).map(|(before, after)| better(before, after)),
+            better_percent: before
+                .goal
+                .zip(after.goal)
+                .map(|(before, after)| better(before, after))
+                .filter(|percent| percent.is_finite()),
         };
         let limits: Vec<Held> = problem
             .limits()
