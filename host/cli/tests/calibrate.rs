@@ -103,6 +103,10 @@ fn outliers_are_named_and_hardly_count() {
             let off = (estimate.value - value).abs() / estimate.standard_deviation;
             assert!(off < 4.0, "{loss:?}: {estimate:?}");
         }
+        let without = found.of(Quantity::Force).filter(|residual| residual.is_outlier()).count();
+        assert!(found.outliers(Quantity::Force) == without && without >= spoilt.len());
+        let [kept, all] = [found.rms(Quantity::Force), found.rms_of_all(Quantity::Force)];
+        assert!(kept < 0.05 && all > 0.2, "{kept} N without outliers, {all} N with them");
     }
 }
 
@@ -291,6 +295,7 @@ fn bad_input_is_named() {
     let folder = Folder::new();
     let (tables, cases) = files(&folder);
     let case = [tables[0].as_path(), Path::new("--case"), cases[0].as_path()];
+    assert!(value["outliers"].is_u64() && value["rms_of_all_n"].as_f64() >= value["rms_n"].as_f64(), "{value}");
     let two =
         [tables[0].as_path(), &tables[1], &tables[2], Path::new("--case"), &cases[0], Path::new("--case"), &cases[1]];
     let jaw = folder.file(

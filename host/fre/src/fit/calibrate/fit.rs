@@ -219,15 +219,31 @@ impl Fit {
         self.residuals.iter().filter(move |residual| residual.quantity == quantity)
     }
 
-    /// Root mean square of a quantity's residuals that count, in its unit; 0 without any.
+    /// Root mean square of a quantity's residuals without its outliers, in its unit; 0 without any.
     pub fn rms(&self, quantity: Quantity) -> f64 {
-        let kept: Vec<f64> = self.of(quantity).filter(|r| !r.is_outlier()).filter_map(Residual::difference).collect();
-        (kept.iter().map(|d| d * d).sum::<f64>() / kept.len().max(1) as f64).sqrt()
+        rms(self.of(quantity).filter(|residual| !residual.is_outlier()))
+    }
+
+    /// The same with its outliers.
+    pub fn rms_of_all(&self, quantity: Quantity) -> f64 {
+        rms(self.of(quantity))
+    }
+
+    /// How many of a quantity's residuals are outliers. Readings without a solution have no residual.
+    pub fn outliers(&self, quantity: Quantity) -> usize {
+        self.of(quantity).filter(|residual| residual.is_outlier() && residual.predicted.is_some()).count()
     }
 }
 
 /// What no longer changes near the end of a fit.
 struct Settled {
+/// Root mean square of residuals; 0 without any.
+fn rms<'a>(residuals: impl Iterator<Item = &'a Residual>) -> f64 {
+    let (count, sum) =
+        residuals.filter_map(Residual::difference).fold((0, 0.0), |(count, sum), d| (count + 1, sum + d * d));
+    (sum / f64::from(count.max(1))).sqrt()
+}
+
     /// [`rows::spreads`] of the residuals.
     scales: BySource<f64>,
     /// Deviations of the rows; none for those without a prediction then.

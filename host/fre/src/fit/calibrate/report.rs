@@ -76,9 +76,22 @@ fn write_text(out: &mut String, input: &Input, fit: &Fit) -> std::fmt::Result {
         )?;
     }
     write_relations(out, fit)?;
-    let rms = each(&|quantity| match quantity {
-        Quantity::Force => format!("{:.4} N", fit.rms(quantity)),
-        Quantity::Torque => format!("{:.3} N·mm", fit.rms(quantity)),
+    let rms = each(&|quantity| {
+        let number = |rms: f64| match quantity {
+            Quantity::Force => format!("{rms:.4} N"),
+            Quantity::Torque => format!("{rms:.3} N·mm"),
+        };
+        let kept = number(fit.rms(quantity));
+        match fit.outliers(quantity) {
+            0 => kept,
+            count => {
+                let (plural, all) = (if count == 1 { "" } else { "s" }, number(fit.rms_of_all(quantity)));
+                format!(
+                    "{kept} without {count} outlier{plural} ({all} with {})",
+                    if count == 1 { "it" } else { "them" }
+                )
+            }
+        }
     });
     writeln!(
         out,
@@ -198,6 +211,9 @@ pub fn document(input: &Input, fit: &Fit) -> Value {
         "undetermined": fit.undetermined.iter().map(combination).collect::<Vec<_>>(),
         "rms_n": fit.rms(Quantity::Force),
         "rms_nmm": torques.then(|| fit.rms(Quantity::Torque)),
+        "rms_of_all_n": fit.rms_of_all(Quantity::Force),
+        "rms_of_all_nmm": torques.then(|| fit.rms_of_all(Quantity::Torque)),
+        "outliers": fit.quantities().into_iter().map(|quantity| fit.outliers(quantity)).sum::<usize>(),
         "inflation": fit.inflation.largest(),
         "inflation_forces": fit.inflation.force,
         "inflation_torques": torques.then_some(fit.inflation.torque),
