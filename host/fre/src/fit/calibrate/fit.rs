@@ -8,7 +8,8 @@
 //! larger than the stated noise allows; how much is estimated for every quantity on its own, and the standard deviations grow with it.
 //!
 //! Steps are taken along the eigenvectors of the information matrix, parameters in units of their [`Parameter::doubt`]. An
-//! eigenvector along which the data leave more open than that is left alone and reported: a combination they do not tell.
+//! eigenvector along which the data leave more open than that is left alone and reported: a combination they do not tell. So is a
+//! parameter whose standard deviation is larger than that once the residuals' true size is in it.
 
 use std::convert::Infallible;
 use std::ops::ControlFlow;
@@ -49,7 +50,8 @@ pub struct Estimate {
     pub value: f64,
     /// Standard deviation.
     pub standard_deviation: f64,
-    /// False if the data do not tell it apart from others: value and deviation then say little.
+    /// False if the data do not tell it apart from others, or leave it less certain than it was before ([`Parameter::doubt`]): value and
+    /// deviation then say little.
     pub determined: bool,
 }
 
@@ -235,8 +237,6 @@ impl Fit {
     }
 }
 
-/// What no longer changes near the end of a fit.
-struct Settled {
 /// Root mean square of residuals; 0 without any.
 fn rms<'a>(residuals: impl Iterator<Item = &'a Residual>) -> f64 {
     let (count, sum) =
@@ -244,6 +244,8 @@ fn rms<'a>(residuals: impl Iterator<Item = &'a Residual>) -> f64 {
     (sum / f64::from(count.max(1))).sqrt()
 }
 
+/// What no longer changes near the end of a fit.
+struct Settled {
     /// [`rows::spreads`] of the residuals.
     scales: BySource<f64>,
     /// Deviations of the rows; none for those without a prediction then.
@@ -497,15 +499,26 @@ impl Judge<'_> {
         // A quantity's noise, larger than stated, goes into the parameters as far as its rows have determined them.
         let evidence = rows::evidence(&here.rows, &equations, &covariance, noise.loss, &scales);
         let noises = evidence.all().fold(DMatrix::zeros(count, count), |sum, of| sum + &of.information * of.inflation);
-        let covariance = &covariance * noises * &covariance + beyond;
+        let covariance = &covariance * noises * &covariance;
+        let told: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
+        let covariance = covariance + beyond;
         let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
-        let estimates = parameters.iter().enumerate().map(|(i, &parameter)| Estimate {
-            parameter,
-            start: parameter.start(model.design, model.prony),
-            value: here.trial.values[i],
-            standard_deviation: deviation[i] * doubts[i],
-            determined: open[i] < 0.05,
-        });
+        let estimates: Vec<Estimate> = parameters
+            .iter()
+            .enumerate()
+            .map(|(i, &parameter)| {
+                let (value, standard_deviation) = (here.trial.values[i], deviation[i] * doubts[i]);
+                // Residuals far above the stated noise can leave more open than there was before; and of a positive quantity, a deviation of
+                // its own size says nothing.
+                let vague = told[i] > 1.0 || (parameter.is_positive() && standard_deviation >= value);
+                let determined = open[i] < 0.05 && !vague;
+                if vague && open[i] < 0.05 {
+                    undetermined.push(Combination { terms: vec![(parameter, standard_deviation)] });
+                }
+                let start = parameter.start(model.design, model.prony);
+                Estimate { parameter, start, value, standard_deviation, determined }
+            })
+            .collect();
         let correlation = (0..count)
             .map(|i| (0..count).map(|j| covariance[(i, j)] / (deviation[i] * deviation[j])).collect())
             .collect();
@@ -540,7 +553,7 @@ impl Judge<'_> {
         let outline = (!distances.is_empty()).then(|| (distances.len(), mean_square.sqrt()));
         let inflation = |source| evidence.at(source).inflation.sqrt();
         Fit {
-            estimates: estimates.collect(),
+            estimates,
             correlation,
             undetermined,
             residuals,

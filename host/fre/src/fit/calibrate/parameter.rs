@@ -134,6 +134,11 @@ impl Parameter {
         }
     }
 
+    /// Whether it is a size that is never 0, rather than a correction that may be.
+    pub(super) fn is_positive(self) -> bool {
+        matches!(self, Self::YoungsModulus | Self::Travel | Self::Design(_) | Self::Fading(_))
+    }
+
     /// Why it cannot be fitted here.
     pub fn obstacle(
         self,
