@@ -203,3 +203,58 @@ fn no_drawing_takes_the_place_of_what_it_is_drawn_from() {
     assert!(named.status.success() && named.stdout == plain.stdout, "{}", said(&named));
     assert!(!folder.join("-").exists());
 }
+
+/// Tips that do not meet in a point, either side as the front, walls that narrow: what is written can be solved.
+#[test]
+fn whatever_is_measured_can_be_solved() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let ribs = "lamellae = { kind = \"rib\", ends = \"welded\", heights_mm = [9, 18, 27, 36, 45, 54, 63], thickness_mm = 1.2 }\n";
+    let blunt = "base_mm = [-28, -4], tip_mm = [-8, 80]";
+    for (front, back) in [
+        ("tip_mm = [0, 80], thickness_mm = 2", "base_mm = [-35, -4], tip_mm = [0, 80]"),
+        ("tip_mm = [-8, 80], thickness_mm = 2", blunt),
+        ("tip_mm = [0, 80], thickness_mm = [[0, 3], [80, 1]]", "base_mm = [-28, 0], tip_mm = [0, 80]"),
+        ("tip_mm = [-8, 80], thickness_mm = [[0, 2.4], [80, 1.6]]", blunt),
+    ] {
+        let finger = format!(
+            "width_mm = 20\nmaterial = {{ youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }}\n\
+             front = {{ base_mm = [0, 0], {front} }}\nback = {{ {back}, thickness_mm = 2 }}\n{ribs}"
+        );
+        fs::write(folder.join("drawn.toml"), &finger).unwrap();
+        let out = fre(folder, &["finger", "export", "drawn.toml", "--output", "drawn.dxf", "--force"]);
+        assert!(out.status.success(), "{}", said(&out));
+        for side in ["right", "left"] {
+            let words = ["finger", "import", "drawn.dxf", "--front", side, "--output", "again.toml", "--force"];
+            let back = fre(folder, &words);
+            assert!(back.status.success(), "{}", said(&back));
+            let solved = fre(folder, &["solve", "again.toml", "--elements", "reduced"]);
+            let text = fs::read_to_string(folder.join("again.toml")).unwrap();
+            assert!(solved.status.success(), "{side}, {finger}: {}\n{text}", said(&solved));
+        }
+    }
+}
+
+/// Necks that leave no bar between them: they can be drawn, and not be computed.
+#[test]
+fn what_cannot_be_solved_is_refused_by_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let finger = "width_mm = 20\nmaterial = { youngs_modulus_pa = 1e7, poissons_ratio = 0.4 }\n\
+        front = { base_mm = [0, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        back = { base_mm = [-35, 0], tip_mm = [0, 80], thickness_mm = 2 }\n\
+        lamellae = { heights_mm = [9, 18, 27, 36, 45, 54, 63], thickness_mm = 3 }\n\
+        hinge = { kind = \"flexible\", length_mm = 2.5, thickness_mm = 0.8, from = \"face\" }\n";
+    fs::write(folder.join("drawn.toml"), finger).unwrap();
+    assert!(fre(folder, &["finger", "export", "drawn.toml", "--output", "drawn.dxf"]).status.success());
+    let refused = fre(folder, &["finger", "import", "drawn.dxf", "--output", "again.toml"]);
+    assert_eq!(refused.status.code(), Some(1));
+    let last = said(&refused).lines().last().unwrap_or_default().to_owned();
+    snapbox::assert_data_eq!(
+        last,
+        snapbox::str![
+            "fre: drawn.dxf: what was measured cannot be solved: finger.hinge.length_mm = 2.5: lamella 7 (counted from 1 at the base) is [..] mm wide, its two hinges need [..] mm"
+        ]
+    );
+    assert!(!folder.join("again.toml").exists());
+}

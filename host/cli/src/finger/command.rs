@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use fre::cad::{self, CadError, Format};
-use fre::case::describe_finger;
+use fre::case::{Case, describe_finger};
 use fre::finger::measure::{Front, Measured, case_text, measure};
 use fre::finger::{Body, outline};
 
@@ -60,7 +60,7 @@ struct ExportArgs {
 /// Measure an extruded finger and write a case, with what could not be decided marked
 ///
 /// The drawing is turned upright. Walls, rungs, necks, fillets, the solid base and the tip are measured; material, motion and object are
-/// placeholders.
+/// placeholders. A finger that `fre solve` would refuse is refused.
 #[derive(Debug, clap::Args)]
 struct ImportArgs {
     /// The outline (DXF, SVG) or the solid (STL), mm
@@ -187,6 +187,8 @@ fn import(args: &ImportArgs) -> Result<(), String> {
     let name = args.file.file_stem().map_or_else(|| "finger".into(), |stem| stem.to_string_lossy());
     let text = case_text(&measured, &name);
     report(&measured);
+    Case::parse(&file.to_string(), &text)
+        .map_err(|error| format!("{file}: what was measured cannot be solved: {}", error.without_place()))?;
     match &args.output {
         None => put_out(&text),
         Some(path) => {

@@ -15,6 +15,8 @@ const FINE: f64 = 0.01;
 const KNOTS: usize = 32;
 /// A clamp nearer to the base than this is the base, mm.
 const AT_BASE: f64 = 0.03;
+/// Ends of centrelines this far apart are so when they are rounded to a micrometre, mm.
+const CLEAR: f64 = 0.002;
 /// A solid base thinner than this part of the height is doubtful.
 const THIN: f64 = 0.02;
 
@@ -64,8 +66,9 @@ pub(super) fn walls(figure: &Figure, samples: &[Sample], has_origin: bool) -> Re
     let heights = || figure.outer.iter().map(|p| p[1]);
     let (bottom, top) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
     // The lowest window's lower edge: what lies below it is the solid base.
+    let is_down = |s: &Sample| s.normal[1] < -0.8;
     let floor: Vec<&Sample> =
-        samples.iter().filter(|s| s.window == 0 && s.normal[1] < -0.8 && s.hit.window.is_none()).collect();
+        samples.iter().filter(|s| s.window == 0 && is_down(s) && s.hit.window.is_none()).collect();
     let (corners, under) = corners(figure, &floor);
     if floor.is_empty() || under < THIN * (top - bottom) {
         undecided.push(Undecided {
@@ -82,7 +85,7 @@ pub(super) fn walls(figure: &Figure, samples: &[Sample], has_origin: bool) -> Re
     let side = |name: &'static str, sign: f64| -> Result<Raw, MeasureError> {
         let mut found: Vec<Crossing> = samples
             .iter()
-            .filter(|s| s.hit.window.is_none() && s.normal[0] * sign > 0.5 && s.hit.square > SQUARE)
+            .filter(|s| !is_down(s) && s.hit.window.is_none() && s.normal[0] * sign > 0.5 && s.hit.square > SQUARE)
             .map(|s| Crossing {
                 inner: s.point,
                 centre: along(s.point, s.normal, 0.5 * s.hit.distance),
@@ -99,19 +102,27 @@ pub(super) fn walls(figure: &Figure, samples: &[Sample], has_origin: bool) -> Re
     let last = front_line.len() - 1;
     let toward = unit(minus(front_line[last], front_line[last - 1]));
     let tip = along(front_line[last], toward, (top - front_line[last][1]) / toward[1].max(0.1));
-    set_end(&mut front_line, tip);
     let mut back_line = back.line(corners[1], base_height);
     let last = back_line.len() - 1;
     let d = unit(minus(back_line[last], back_line[last - 1]));
     let turn = cross(d, toward);
     let meeting = along(back_line[last], d, cross(minus(tip, back_line[last]), toward) / turn);
-    let reach = 0.2 * (top - bottom);
-    let end = if turn.abs() > 0.02 && distance(meeting, tip) < reach && meeting[1] > back_line[last][1] {
-        meeting
-    } else {
-        along(back_line[last], d, dot(minus(tip, back_line[last]), d).max(0.0))
-    };
-    set_end(&mut back_line, end);
+    let above = |line: &[Point]| line.last().is_none_or(|last| meeting[1] > last[1]);
+    let meets =
+        turn.abs() > 0.02 && distance(meeting, tip) < 0.2 * (top - bottom) && above(&back_line) && above(&front_line);
+    let outwards = unit(minus(front_line[0], back_line[0]));
+    let ends = if meets { Ends::of(tip, meeting, d, outwards) } else { Ends::apart(tip, back_line[last], d) };
+    if ends.cut > STRAY {
+        undecided.push(Undecided {
+            key: "finger.front.tip_mm",
+            why: format!(
+                "the centrelines meet {:.2} mm below the front wall's upper end, and both beams were ended there",
+                ends.cut
+            ),
+        });
+    }
+    set_end(&mut front_line, ends.front);
+    set_end(&mut back_line, ends.back);
     let front = front.finished(front_line, corners[0]);
     let back = back.finished(back_line, corners[1]);
     undecided.push(Undecided {
@@ -119,6 +130,39 @@ pub(super) fn walls(figure: &Figure, samples: &[Sample], has_origin: bool) -> Re
         why: "both beams were taken to be held as far as the solid base reaches; bolts or a holder may hold the back beam higher".to_owned(),
     });
     Ok(Walls { front, back, origin, undecided })
+}
+
+/// Upper ends of the centrelines. As a case has them, the front's is not behind the back's.
+struct Ends {
+    front: Point,
+    back: Point,
+    /// How much of the front was left away.
+    cut: f64,
+}
+
+impl Ends {
+    /// Of centrelines that meet near the front's end `tip`; the back's direction is `d`, and the front's base lies `outwards` of the
+    /// back's.
+    fn of(tip: Point, meeting: Point, d: Point, outwards: Point) -> Self {
+        if distance(meeting, tip) < STRAY {
+            return Self { front: tip, back: tip, cut: 0.0 };
+        }
+        let clear = dot(minus(tip, meeting), outwards);
+        // The back may end a hair earlier to be clear.
+        let earlier = ((CLEAR - clear) / dot(d, outwards)).max(0.0);
+        if clear >= CLEAR || (dot(d, outwards) > 0.0 && earlier < STRAY) {
+            return Self { front: tip, back: along(meeting, d, if clear >= CLEAR { 0.0 } else { -earlier }), cut: 0.0 };
+        }
+        if meeting[1] < tip[1] {
+            return Self { front: meeting, back: meeting, cut: distance(meeting, tip) };
+        }
+        Self::apart(tip, meeting, d)
+    }
+
+    /// Of centrelines that end beside each other; `p` is on the back's.
+    fn apart(tip: Point, p: Point, d: Point) -> Self {
+        Self { front: tip, back: along(p, d, dot(minus(tip, p), d)), cut: 0.0 }
+    }
 }
 
 /// A ray across a wall.
