@@ -34,7 +34,8 @@ pub fn reads(files: &mut Files, path: &Path, what: &str) -> Result<(), FileError
     if is_standard(path) { Ok(()) } else { files.input(path, what) }
 }
 
-/// Takes note of a case that is read, and of the finger's file that it names.
+/// Takes note of a case that is read, and of the finger's file that it names. What comes through a pipe is not looked into: it can be read
+/// once only.
 ///
 /// # Errors
 /// One of them is an output.
@@ -43,6 +44,9 @@ pub fn reads_case(files: &mut Files, path: &Path) -> Result<(), FileError> {
         return Ok(());
     }
     files.input(path, "the case")?;
+    if std::fs::metadata(path).is_ok_and(|meta| !meta.is_file()) {
+        return Ok(());
+    }
     named_finger(path).map_or(Ok(()), |file| files.input(&file, "the finger of the case"))
 }
 

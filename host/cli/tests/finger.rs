@@ -8,6 +8,9 @@ fn fre(folder: &Path, words: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_fre")).args(words).current_dir(folder).output().unwrap()
 }
 
+const CASE: &str = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
+    motion = { motor_angles_deg = [2] }\n";
+
 fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
@@ -257,4 +260,21 @@ fn what_cannot_be_solved_is_refused_by_what_is_wrong() {
         ]
     );
     assert!(!folder.join("again.toml").exists());
+}
+
+/// A pipe is gone once it is read.
+#[cfg(unix)]
+#[test]
+fn a_finger_is_read_from_a_pipe() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::write(folder.join("case.toml"), CASE).unwrap();
+    for format in ["svg", "urdf"] {
+        let file = format!("piped.{format}");
+        let mut command = Command::new("sh");
+        let words = "cat case.toml | \"$1\" finger export /dev/stdin --output \"$2\"";
+        let output = command.args(["-c", words, "sh", env!("CARGO_BIN_EXE_fre"), &file]).current_dir(folder);
+        let output = output.output().unwrap();
+        assert!(output.status.success() && folder.join(&file).exists(), "{}", said(&output));
+    }
 }

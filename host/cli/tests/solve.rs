@@ -458,3 +458,18 @@ fn a_full_disk_is_told_and_a_deaf_terminal_is_not() {
     assert_eq!(deaf.status.code(), Some(0));
     assert!(words(&deaf.stdout).lines().count() > 1);
 }
+
+/// A pipe is gone once it is read.
+#[cfg(unix)]
+#[test]
+fn a_case_is_read_from_a_pipe() {
+    let folder = Folder::new();
+    let file = folder.case(45.0, "[2.0]");
+    let mut command = Command::new("sh");
+    command
+        .args(["-c", "cat \"$2\" | \"$1\" solve /dev/stdin --format csv", "sh", env!("CARGO_BIN_EXE_fre")])
+        .arg(&file);
+    let output = command.output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
+    assert_eq!(words(&output.stdout).lines().count(), 2);
+}

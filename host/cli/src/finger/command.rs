@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use fre::cad::{self, CadError, Format};
-use fre::case::{Case, describe_finger};
+use fre::case::{Case, Described};
 use fre::finger::measure::{Front, Measured, case_text, measure};
 use fre::finger::{Body, outline};
 
@@ -137,8 +137,8 @@ fn export(args: &ExportArgs) -> Result<(), String> {
     if !args.finger.to_string_lossy().starts_with("preset:") {
         reads_case(&mut files, &args.finger).map_err(|error| error.to_string())?;
     }
-    let keys = describe_finger(&args.finger).map_err(|error| error.to_string())?;
-    let body = Body::of(&keys).map_err(|error| named(&error))?;
+    let found = Described::read(&args.finger).map_err(|error| error.to_string())?;
+    let body = Body::of(&found.keys).map_err(|error| named(&error))?;
     let held = body.base();
     let base = args.base_mm.unwrap_or(if held[0] > 0.0 && held[1] > 0.0 { 0.0 } else { BASE });
     let loops = outline(&body, base).map_err(|error| named(&error))?;
@@ -150,7 +150,7 @@ fn export(args: &ExportArgs) -> Result<(), String> {
         let file = args.output.as_ref().filter(|file| !is_standard(file));
         let file = file
             .ok_or("--output is missing; needed is FILE.urdf: the finger's solid is written beside the description")?;
-        return urdf::write(&args.urdf, &args.finger, &keys, &loops, &bytes, file, &mut files);
+        return urdf::write(&args.urdf, &args.finger, &found, &loops, &bytes, file, &mut files);
     }
     match (&args.output, String::from_utf8(bytes)) {
         (Some(file), text) => {

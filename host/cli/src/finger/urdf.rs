@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use fre::case::keys::FingerTable;
-use fre::case::{Case, is_case};
+use fre::case::{Case, Described};
 use fre::files::Files;
 use fre::finger::{Body, Loop};
 use fre::urdf::{Gripper, Solid, UrdfError};
@@ -70,7 +69,7 @@ fn range(words: &str) -> Result<[f64; 2], String> {
 pub fn write(
     args: &UrdfArgs,
     finger: &Path,
-    keys: &FingerTable,
+    described: &Described,
     loops: &[Loop],
     mesh: &[u8],
     file: &Path,
@@ -80,12 +79,12 @@ pub fn write(
     if !(density > 0.0 && density <= 30_000.0) {
         return Err(UrdfError::Density(density).to_string());
     }
-    let Surroundings { motion, range, gap } = Surroundings::of(finger, keys)?;
+    let Surroundings { motion, range, gap } = Surroundings::of(finger, described)?;
     let fingers = args.fingers.unwrap_or(2);
     let gap = args.gap_mm.or(gap).or((fingers == 1).then_some(0.0)).ok_or_else(|| {
         format!("{}: no object says how far the fingers are apart; needed is --gap-mm", finger.display())
     })?;
-    let width = Body::of(keys).map_err(|error| format!("{}: {error}", finger.display()))?.width;
+    let width = Body::of(&described.keys).map_err(|error| format!("{}: {error}", finger.display()))?.width;
     let name = |path: &Path| path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
     let beside = format!("{}_finger.stl", name(file));
     let gripper = Gripper {
@@ -123,16 +122,14 @@ struct Surroundings {
 }
 
 impl Surroundings {
-    fn of(path: &Path, keys: &FingerTable) -> Result<Self, String> {
-        let is_preset = path.to_string_lossy().starts_with("preset:");
-        if !is_preset && is_case(path).map_err(|error| error.to_string())? {
-            let Case { object, path, .. } = Case::read(path).map_err(|error| error.to_string())?;
+    fn of(path: &Path, described: &Described) -> Result<Self, String> {
+        if let Some(Case { object, path, .. }) = described.case().map_err(|error| error.to_string())? {
             let range = path.places.iter().fold([0.0_f64; 2], |[low, high], place| [low.min(*place), high.max(*place)]);
             // The object is midway between opposite fingers.
             let gap = object.reference().map(|([x, _], _)| 2.0 * x).filter(|gap| *gap > 0.0);
             return Ok(Self { motion: path.motion, range, gap });
         }
-        let motor = keys.motor.as_ref().ok_or_else(|| {
+        let motor = described.keys.motor.as_ref().ok_or_else(|| {
             format!("{}: motor.axis_mm is missing, and no motion says how the finger is moved", path.display())
         })?;
         Ok(Self { motion: Motion::Rotating { axis: motor.axis_mm }, range: RANGE_DEG, gap: None })

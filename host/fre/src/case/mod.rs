@@ -23,7 +23,7 @@ mod source;
 pub use edit::Document;
 pub use error::{CaseError, KeyError, KnownKeys, Place};
 pub use finger::Finger;
-pub use finger_file::{describe_finger, is_case, named_finger, preset, read_finger};
+pub use finger_file::{Described, describe_finger, named_finger, preset, read_finger};
 pub use keys::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, Memory};
 pub use motion::{Clock, Coordinate, Path as MotionPath};
 pub use object::read_object;

@@ -89,7 +89,7 @@ impl Case {
         if self.finger.prony.is_empty() { Ok(()) } else { Err(CaseError::Memory { who }) }
     }
 
-    fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
+    pub(super) fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
         let tree = source.parse()?;
         let root = Table::root(source, tree.get_ref());
         check::table(&root, keys::schema())?;
