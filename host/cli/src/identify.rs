@@ -23,7 +23,7 @@ pub struct Args {
     #[arg(value_enum)]
     unknown: Word,
     /// Range in which it is searched
-    #[arg(long, value_name = "LEAST:MOST", value_parser = range)]
+    #[arg(long, value_name = "LEAST:MOST", value_parser = range, allow_hyphen_values = true)]
     range_mm: [f64; 2],
     /// The finger that closes, from 0
     #[arg(long, value_name = "N", default_value_t = 0)]

@@ -74,7 +74,7 @@ use std::process::ExitCode;
 
 use clap::builder::Styles;
 use clap::builder::styling::AnsiColor;
-use clap::{Command as Clap, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
+use clap::{Arg, Command as Clap, CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use exit::Volume;
 #[cfg(feature = "gripper")]
@@ -126,7 +126,14 @@ enum Command {
 
 /// The command line, with examples.
 fn command() -> Clap {
-    examples::added(Cli::command())
+    with_negative_numbers(examples::added(Cli::command()))
+}
+
+/// Every option takes a negative number for its value, never for an option of its own: what is wrong with it, the value's reader says.
+fn with_negative_numbers(command: Clap) -> Clap {
+    let takes = |arg: &Arg| !arg.is_positional() && arg.get_action().takes_values();
+    let command = command.mut_args(|arg| if takes(&arg) { arg.allow_negative_numbers(true) } else { arg });
+    command.mut_subcommands(with_negative_numbers)
 }
 
 fn main() -> ExitCode {

@@ -473,3 +473,21 @@ fn a_case_is_read_from_a_pipe() {
     assert_eq!(output.status.code(), Some(0), "{}", words(&output.stderr));
     assert_eq!(words(&output.stdout).lines().count(), 2);
 }
+
+/// What is wrong with a negative number is said of the number, not of an option that nobody gave.
+#[test]
+fn a_negative_number_is_a_value() {
+    for (arguments, message) in [
+        ("solve case.toml --samples -3", "fre: invalid value '-3' for '--samples <N>': allowed is 1 to 16"),
+        (
+            "calibrate x.csv --case case.toml --force-sd-n -3",
+            "fre: invalid value '-3' for '--force-sd-n <N>': allowed is a number above 0, up to 1000",
+        ),
+        ("sweep case.toml --jobs -3", "fre: invalid value '-3' for '--jobs <N>': -3 is not in 0..=1024"),
+        ("monitor --bus nowhere --seconds -3", "fre: --seconds is -3; allowed is 0 and more"),
+    ] {
+        let output = Command::new(env!("CARGO_BIN_EXE_fre")).args(arguments.split(' ')).output().unwrap();
+        let said = words(&output.stderr);
+        assert!(output.status.code() == Some(1) && said.starts_with(message), "{arguments}: {said}");
+    }
+}
