@@ -42,16 +42,24 @@ pub struct Model {
     pub settings: Vec<String>,
 }
 
+/// A table that has its forces.
+pub struct Labelled {
+    /// A line for people.
+    pub words: String,
+    /// Whether every row has a trustworthy force.
+    pub whole: bool,
+}
+
 /// Whether a file is such a table. Standard input is: a recording is read from a file only.
 pub fn is_table(path: &Path) -> bool {
     is_standard(path) || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"))
 }
 
-/// Writes the table with its forces; a line for people about it.
+/// Writes the table with its forces.
 ///
 /// # Errors
 /// A file, a line of the table, or what the estimator refuses.
-pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Result<String, Failure> {
+pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Result<Labelled, Failure> {
     let name = standard::name(path);
     reads(files, path, "the table")?;
     let mut out = Target::of(files, out, "--csv")?.draft()?;
@@ -101,7 +109,8 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
         out.write_all(delimited::line(row.iter().map(str::to_owned).chain(added)).as_bytes())?;
     }
     out.finish()?;
-    Ok(format!("{name}: {rows} positions, {trusted} with a trustworthy force\n"))
+    let words = format!("{name}: {rows} positions, {trusted} with a trustworthy force\n");
+    Ok(Labelled { words, whole: rows == trusted })
 }
 
 fn make(model: &Model, mount: &Mount) -> Result<Box<dyn AnyEstimator>, Failure> {

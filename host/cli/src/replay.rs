@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use clap::ValueEnum;
 use model_core::discretise::{Discretisation, Elements, Physics};
 
-use crate::exit::{bad_input, tell};
+use crate::exit::{bad_input, tell, trusted};
 use crate::options::PhysicsWord;
 use crate::output::{ForceArgs, put_out, reads_case};
 use crate::positions;
@@ -26,7 +26,8 @@ pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it w
 /// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones.
 ///
 /// A plain CSV file of times (time_s) and motor positions (angle_deg, angle_rad or position_counts), whatever has recorded them, is
-/// copied with the forces that belong to the positions: --again, --case and --csv are needed then.
+/// copied with the forces that belong to the positions: --again, --case and --csv are needed then. Its exit status is 2 if some row has no
+/// trustworthy force.
 ///
 /// Recordings need a `fre` built with them:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE
@@ -110,13 +111,13 @@ pub fn run(args: &Args) -> ExitCode {
         return recording(args);
     }
     match label(args) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(whole) => trusted(whole),
         Err(error) => bad_input(&error),
     }
 }
 
-/// Gives a table of positions its forces.
-fn label(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
+/// Gives a table of positions its forces; whether all of them are trustworthy.
+fn label(args: &Args) -> Result<bool, Box<dyn std::error::Error>> {
     let needed = "a table of positions has no forces: --again --case CASE.toml --csv FILE estimates them";
     let (Some(out), [case]) = (&args.csv, &args.case[..]) else { return Err(needed.into()) };
     if args.show || args.parquet.is_some() || args.youngs_modulus_pa.is_some() {
@@ -128,8 +129,9 @@ fn label(args: &Args) -> Result<(), Box<dyn std::error::Error>> {
     how.elements = args.elements.unwrap_or(how.elements);
     let (case, precision) = (standard::case(case)?, args.precision.precision());
     let model = positions::Model { case, how, precision, settings: args.set.clone() };
-    let words = positions::label(&args.file, out, &model, &mut files)?;
-    Ok(remark(&words, is_standard(out))?)
+    let positions::Labelled { words, whole } = positions::label(&args.file, out, &model, &mut files)?;
+    remark(&words, is_standard(out))?;
+    Ok(whole)
 }
 
 /// A line for people, on standard error where the table has standard output.
