@@ -19,7 +19,8 @@ use crate::exit::{bad_input, trusted};
 use crate::options::PhysicsWord;
 use crate::output::put_out;
 use crate::standard;
-use fre::case::{Case, object_keys};
+use fre::case::{Case, CaseError, object_keys};
+use fre::drive::fits_finger;
 use fre_gripper::link::{Address, Link, LinkError, Told, alive, pairs, set};
 
 /// Query a gripper, change its settings, and make it grip.
@@ -145,13 +146,22 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
             link.place_object(*finger, object(&standard::case(path)?))?;
         }
         Action::Set { pairs, case, finger, physics, .. } => {
-            if !pairs.is_empty() {
+            // Nothing is sent of what does not fit together.
+            let case = case.as_ref().map(|path| Ok::<_, CaseError>((standard::name(path), standard::case(path)?)));
+            let case = case.transpose()?;
+            if !pairs.is_empty() || case.is_some() {
                 let mut settings = link.settings()?;
                 pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
-                link.set_settings(&settings)?;
+                let mount = settings.fingers.get(usize::from(*finger)).copied().flatten();
+                if let (Some((name, case)), Some(mount)) = (&case, mount) {
+                    let fits = fits_finger(&case.path.motion, &mount.drive, usize::from(*finger));
+                    fits.map_err(|why| format!("{name}: {why}"))?;
+                }
+                if !pairs.is_empty() {
+                    link.set_settings(&settings)?;
+                }
             }
-            if let Some(path) = case {
-                let case = standard::case(path)?;
+            if let Some((_, case)) = case {
                 let how = Discretisation::estimator(physics.physics());
                 let object = object(&case);
                 let design = Finger::elastic(case.finger.design, how).relaxing(&case.finger.prony);

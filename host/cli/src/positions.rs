@@ -7,6 +7,7 @@ use crate::output::reads;
 use crate::standard::{self, Target, is_standard};
 use fre::case::Case;
 use fre::delimited;
+use fre::drive::fits_finger;
 use fre::files::Files;
 use fre::study::model::Precision;
 use fre_gripper::estimator::{AnyEstimator, estimator};
@@ -32,6 +33,8 @@ type Failure = Box<dyn std::error::Error>;
 
 /// How the forces are estimated.
 pub struct Model {
+    /// What the case is called in messages.
+    pub name: String,
     /// Finger and object.
     pub case: Case,
     /// How the finger is modelled.
@@ -66,6 +69,7 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let mut settings = Settings::of(Mount::DEFAULT);
     model.settings.iter().try_for_each(|words| set(&mut settings, words).map_err(|error| format!("--set {error}")))?;
     let mount = settings.fingers[0].unwrap_or_default();
+    fits_finger(&model.case.path.motion, &mount.drive, 0).map_err(|why| format!("{}: {why}", model.name))?;
     let calibration = Calibration::new(&mount.gear());
     let mut estimator = make(model, &mount)?;
 

@@ -127,8 +127,8 @@ fn label(args: &Args) -> Result<bool, Box<dyn std::error::Error>> {
     reads_case(&mut files, case)?;
     let mut how = Discretisation::fine(args.physics.map_or(Physics::Extended, |word| word.physics()));
     how.elements = args.elements.unwrap_or(how.elements);
-    let (case, precision) = (standard::case(case)?, args.precision.precision());
-    let model = positions::Model { case, how, precision, settings: args.set.clone() };
+    let (name, case, precision) = (standard::name(case), standard::case(case)?, args.precision.precision());
+    let model = positions::Model { name, case, how, precision, settings: args.set.clone() };
     let positions::Labelled { words, whole } = positions::label(&args.file, out, &model, &mut files)?;
     remark(&words, is_standard(out))?;
     Ok(whole)
@@ -211,7 +211,7 @@ mod run {
 
     /// What is changed.
     fn changes(args: &Args) -> Result<Changes, Failure> {
-        let mut models = Vec::new();
+        let (mut models, mut motions) = (Vec::new(), Vec::new());
         for path in &args.case {
             let case = standard::case(path)?;
             let physics = args.physics.map_or(Physics::Extended, |word| word.physics());
@@ -219,6 +219,7 @@ mod run {
             let finger = Some(Finger::elastic(case.finger.design, how).relaxing(&case.finger.prony));
             let (object, friction) = (Some(case.object), case.friction);
             models.push(Modelled { finger, object, friction, uncertainty: None });
+            motions.push(case.path.motion);
         }
         if let Some(modulus) = args.youngs_modulus_pa.filter(|pa| !(*pa > 0.0 && pa.is_finite())) {
             return Err(format!("--youngs-modulus-pa is {modulus}; allowed is above 0").into());
@@ -226,6 +227,7 @@ mod run {
         Ok(Changes {
             settings: args.set.clone(),
             models,
+            motions,
             // Pa to MPa.
             youngs_modulus: args.youngs_modulus_pa.map(|pa| pa * 1e-6),
             elements: args.elements,

@@ -22,7 +22,7 @@ use std::ops::ControlFlow;
 ///
 /// The angles are solved in the case's order. Besides the force, the results have what a designer needs: the largest strains
 /// (with a warning above finger.material.max_strain, or 30 % without it), the largest contact pressure, the stiffness that the object sees, and
-/// the largest force on the first branch, before the finger snaps through.
+/// the largest force on the first branch, before the finger snaps through. Along distances, motor_torque_nmm is the force against the motion, N.
 ///
 /// Exit status: 0 all angles converged; 1 bad input; 2 some angle has no trustworthy solution.
 #[derive(Debug, clap::Args)]

@@ -231,3 +231,42 @@ positions.csv: 7 positions, 7 with a trustworthy force
     let (head, ..) = folder.label(table, "");
     assert!(!head.iter().any(|name| name.contains("interval")));
 }
+
+/// A jaw's case for a motor that turns its finger: no silent rotation.
+#[test]
+fn a_case_along_a_line_needs_a_drive_along_it() {
+    let folder = Folder::new();
+    folder.write(
+        "case.toml",
+        &CASE.replace("motor_angles_deg = [1, 3.5, 6, 8.25, 11]", "direction = [1, 0]\ndistances_mm = [2]"),
+    );
+    let table = "time_s,angle_rad\n0,0.1\n";
+    snapbox::assert_data_eq!(
+        folder.refusal(table, AGAIN),
+        snapbox::str![[r#"
+fre: case.toml: [motion] moves the base along a line, and finger.0.drive is rotating; needed is finger.0.drive="linear X,Y MM_PER_RAD" or "table X,Y DEG:MM DEG:MM …"
+
+"#]]
+    );
+    let output = |drive: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+        command.args(["replay", "positions.csv"]).args(AGAIN.split(' ')).args(["--set", drive]);
+        command.current_dir(folder.0.path()).output().unwrap()
+    };
+    let refused = output("finger.0.drive=linear 0,1 20");
+    snapbox::assert_data_eq!(
+        refused.stderr,
+        snapbox::str![[r#"
+fre: case.toml: motion.direction is 90.0° from the direction of finger.0.drive; allowed is 0.1°
+
+"#]]
+    );
+    assert!(!folder.path("forces.csv").exists());
+    // 0.1 rad are 2 mm.
+    let jaw = output("finger.0.drive=linear 1,0 20");
+    assert_eq!(jaw.status.code(), Some(0), "{}", String::from_utf8_lossy(&jaw.stderr));
+    let mut reader = csv::Reader::from_path(folder.path("forces.csv")).unwrap();
+    let force: f64 = reader.records().next().unwrap().unwrap()[4].parse().unwrap();
+    let wanted = solved(&folder)[0][0];
+    assert!((force - wanted).abs() < 1e-5 && wanted > 0.1, "{force} N for {wanted} N");
+}

@@ -89,6 +89,24 @@ pub fn agrees(motion: &Motion, drive: &Drive) -> Result<(), OtherMotion> {
     }
 }
 
+/// Whether the base of a case that is given to a gripper's finger moves as the finger's setting `drive` says. A case that turns its base may
+/// be given to a jaw: where the finger moves is then the drive's alone.
+///
+/// # Errors
+/// The case moves it along a line, and the drive does not, or along another one: for people, by the setting's key.
+pub fn fits_finger(motion: &Motion, drive: &Drive, finger: usize) -> Result<(), String> {
+    match agrees(motion, drive) {
+        Ok(()) | Err(OtherMotion::Turned) => Ok(()),
+        Err(OtherMotion::NoDrive) => Err(format!(
+            "[motion] moves the base along a line, and finger.{finger}.drive is rotating; needed is finger.{finger}.drive=\"linear X,Y \
+             MM_PER_RAD\" or \"table X,Y DEG:MM DEG:MM …\""
+        )),
+        Err(OtherMotion::Direction { off_deg }) => Err(format!(
+            "motion.direction is {off_deg:.1}° from the direction of finger.{finger}.drive; allowed is {ALIGNED_DEG}°"
+        )),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,11 +4,13 @@ use messages::{Calibration, FINGERS, Report, Shape};
 use model_core::discretise::{Elements, Physics};
 use model_core::estimator::Estimate;
 use model_core::newton::Hessian;
+use model_core::object::Motion;
 use model_core::status::Status;
 
 use crate::estimator::{AnyEstimator, estimator};
 use crate::link::{KeyError, set};
 use crate::source::{Modelled, Setup};
+use fre::drive::fits_finger;
 use fre::study::model::Precision;
 
 /// What is changed of the recorded set-up.
@@ -18,6 +20,8 @@ pub struct Changes {
     pub settings: Vec<String>,
     /// Finger and object in place of the recorded ones; what is `None` stays. The last one stands for those behind it.
     pub models: Vec<Modelled>,
+    /// How the bases of the cases move that `models` are of, in their order; they have to move as the drives do.
+    pub motions: Vec<Motion>,
     /// Young's modulus, MPa.
     pub youngs_modulus: Option<f64>,
     /// Other elements.
@@ -86,6 +90,11 @@ impl Again {
         for (number, mount) in setup.settings.fingers.iter().flatten().enumerate() {
             let model = setup.models.get(number).cloned().unwrap_or_default();
             let model = self.changes.apply(number, model);
+            let motions = &self.changes.motions;
+            if let Some(motion) = motions.get(number).or(motions.last()) {
+                fits_finger(motion, &mount.drive, number)
+                    .map_err(|why| AgainError::Refused { finger: number, why: format!("the case's {why}") })?;
+            }
             let calibration = Calibration::new(&mount.gear());
             // Another uncertainty is no other equilibrium.
             let is_same = |known: &Modelled| (&known.finger, known.grasped()) == (&model.finger, model.grasped());
