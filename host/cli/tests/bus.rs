@@ -252,3 +252,29 @@ fn a_monitor_of_nothing_says_what_is_needed_and_which_ports_there_are() {
         snapbox::str!["fre: needed is --link LINK (a gripper) or --bus PORT (servos on a USB adapter)"]
     );
 }
+
+/// Before anything is asked of the bus.
+#[test]
+fn a_jaws_case_needs_a_jaws_drive() {
+    let jaw = file("jaw.toml", &format!("{CASE}[motion]\ndirection = [1, 0]\ndistances_mm = [2]\n"));
+    let jaw = jaw.to_str().unwrap();
+    let turned = case("turned.toml", "6.0");
+    for (cases, settings, finger) in
+        [(&[jaw][..], &[][..], 0), (&[turned.to_str().unwrap(), jaw], &["--set", "finger.1.drive=rotating"], 1)]
+    {
+        let mut arguments = vec!["monitor", "--bus", "unix:/nowhere", "--seconds", "1"];
+        arguments.extend(cases.iter().flat_map(|case| ["--case", case]));
+        arguments.extend(settings);
+        let output = fre(&arguments);
+        let (_, said) = words(&output);
+        let refused = format!(
+            "fre: {jaw}: [motion] moves the base along a line, and finger.{finger}.drive is rotating; needed is "
+        );
+        assert!(output.status.code() == Some(1) && said.starts_with(&refused), "{said}");
+    }
+    // With the drive it is the bus that is missing.
+    let drive = "finger.0.drive=linear 1,0 20";
+    let output = fre(&["monitor", "--bus", "unix:/nowhere", "--seconds", "1", "--case", jaw, "--set", drive]);
+    let (_, said) = words(&output);
+    assert!(output.status.code() == Some(1) && said.contains("/nowhere") && !said.contains("[motion]"), "{said}");
+}

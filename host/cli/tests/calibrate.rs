@@ -10,7 +10,7 @@ use std::process::{Command, Output};
 
 use fre::case::{preset, read_finger};
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
-use fre::fit::calibrate::{Loss, Noise, Parameter, Plan, Predictor, Readings, Trial, fit};
+use fre::fit::calibrate::{Loss, Noise, Parameter, Plan, Predictor, Quantity, Readings, Trial, fit};
 use model_core::design::Design;
 use model_core::discretise::{Discretisation, Physics};
 use model_core::drive::{Drive, Knots, Travel};

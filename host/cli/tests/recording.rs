@@ -426,6 +426,12 @@ fn the_estimator_runs_on_a_recording_once_more() {
         .unwrap();
     let [_, farther, ..] = compared(&["--case", case.to_str().unwrap()]);
     assert!(farther < before - 0.3, "an object a millimetre away: {farther} N");
+    // A jaw's case: the recorded finger is turned.
+    let jaw = format!("finger = \"preset:ladder-80\"\n{object}[motion]\ndirection = [1, 0]\ndistances_mm = [2]\n");
+    std::fs::write(&case, jaw).unwrap();
+    let refused = fre(&["replay", path, "--again", "--case", case.to_str().unwrap()]);
+    let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(refused.status.code() == Some(1) && said.contains("and finger.0.drive is rotating"), "{said}");
 
     let csv = file("again.csv");
     printed(&["replay", path, "--again", "--precision", "f32", "--force", "--csv", csv.to_str().unwrap()]);

@@ -1,5 +1,6 @@
 //! Servos on a bus of this PC, estimated here; they are only read.
 
+use fre::drive::fits_finger;
 use fre_gripper::bus::{Bus as Core, BusAddress, BusOptions};
 use fre_gripper::link::set;
 use fre_gripper::source::{Modelled, Source as _, WAITING};
@@ -35,6 +36,14 @@ impl Bus {
         for (key, text) in &settings {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
+        let names_servos = settings.iter().any(|(key, _)| key.ends_with(".servo_id"));
+        for (number, mount) in all.fingers.iter().enumerate() {
+            // Servos that nobody has named are mounted as the first.
+            let mount = mount.or(all.fingers[0].filter(|_| !names_servos));
+            if let (Some(mount), Some(case)) = (mount, cases.get(number).or(cases.last())) {
+                fits_finger(&case.case.path.motion, &mount.drive, number).map_err(value)?;
+            }
+        }
         let model = |case: &PyRef<'_, Case>| Modelled {
             finger: Some(
                 Finger::elastic(case.case.finger.design.clone(), options.discretisation)
@@ -46,7 +55,7 @@ impl Bus {
         };
         let options = BusOptions {
             settings: all,
-            names_servos: settings.iter().any(|(key, _)| key.ends_with(".servo_id")),
+            names_servos,
             models: cases.iter().map(model).collect(),
             precision: options.precision,
             hessian: options.hessian,

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 
+use fre::drive::fits_finger;
 use fre_gripper::link::{Address, Link, SIGN_OF_LIFE, pairs, set};
 use fre_gripper::source::{Order, OrderError, Source as _, WAITING};
 use messages::{CloseTo, Finger, GripTo, Object, Which};
@@ -123,7 +124,13 @@ impl Gripper {
         let design = Finger::elastic(finger_case.design.clone(), Discretisation::estimator(physics))
             .relaxing(&finger_case.prony);
         let object = Object { design: case.case.object, friction: case.case.friction };
+        let motion = case.case.path.motion;
         py.detach(|| {
+            let number = usize::from(finger);
+            let settings = self.link.settings().map_err(|error| system(&error))?;
+            if let Some(mount) = settings.fingers.get(number).copied().flatten() {
+                fits_finger(&motion, &mount.drive, number).map_err(value)?;
+            }
             self.link.set_finger(finger, &design).map_err(|error| system(&error))?;
             self.link.set_object(finger, object).map_err(|error| system(&error))
         })
