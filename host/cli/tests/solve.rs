@@ -474,7 +474,7 @@ fn a_case_is_read_from_a_pipe() {
     assert_eq!(words(&output.stdout).lines().count(), 2);
 }
 
-/// What is wrong with a negative number is said of the number, not of an option that nobody gave.
+/// The message is about the number, not about an option that nobody gave.
 #[test]
 fn a_negative_number_is_a_value() {
     for (arguments, message) in [

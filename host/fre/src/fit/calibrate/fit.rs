@@ -500,7 +500,7 @@ impl Judge<'_> {
         let evidence = rows::evidence(&here.rows, &equations, &covariance, noise.loss, &scales);
         let noises = evidence.all().fold(DMatrix::zeros(count, count), |sum, of| sum + &of.information * of.inflation);
         let covariance = &covariance * noises * &covariance;
-        let told: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
+        let scatter: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
         let covariance = covariance + beyond;
         let deviation: Vec<f64> = (0..count).map(|i| covariance[(i, i)].sqrt()).collect();
         let estimates: Vec<Estimate> = parameters
@@ -510,7 +510,7 @@ impl Judge<'_> {
                 let (value, standard_deviation) = (here.trial.values[i], deviation[i] * doubts[i]);
                 // Residuals far above the stated noise can leave more open than there was before; and of a positive quantity, a deviation of
                 // its own size says nothing.
-                let vague = told[i] > 1.0 || (parameter.is_positive() && standard_deviation >= value);
+                let vague = scatter[i] > 1.0 || (parameter.is_positive() && standard_deviation >= value);
                 let determined = open[i] < 0.05 && !vague;
                 if vague && open[i] < 0.05 {
                     undetermined.push(Combination { terms: vec![(parameter, standard_deviation)] });
