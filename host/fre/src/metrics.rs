@@ -26,10 +26,12 @@ pub fn distance(point: Point, line: &[Point]) -> Option<f64> {
 }
 
 /// Distance of a point from a polyline, mm, positive on its right-hand side (from base to tip: towards the object); none
-/// without a line.
+/// without a line. Beyond an end it is the distance from the line that goes straight on: that to the end would change its sign at once where
+/// the point crosses that line.
 pub fn signed_distance(point: Point, line: &[Point]) -> Option<f64> {
-    let Nearest { distance, is_right, .. } = nearest(point, line)?;
-    is_right.map(|right| if right { distance } else { -distance })
+    let Nearest { distance, aside, along, length } = nearest(point, line)?;
+    let is_beyond = along <= 0.0 || along >= length;
+    aside.map(|aside| if is_beyond { aside } else { distance.copysign(aside) })
 }
 
 /// Length of a polyline up to its point nearest to another one, mm; none for an empty line.
@@ -41,16 +43,18 @@ pub fn along(point: Point, line: &[Point]) -> Option<f64> {
 struct Nearest {
     /// How far it is, mm.
     distance: f64,
-    /// Whether the other one is on the line's right-hand side; none if the line has no length.
-    is_right: Option<bool>,
+    /// How far the other one is on the right-hand side of the segment that goes straight on, mm; none if the line has no length.
+    aside: Option<f64>,
     /// Length of the line up to it, mm.
     along: f64,
+    /// Length of the line, mm.
+    length: f64,
 }
 
 fn nearest(point: Point, line: &[Point]) -> Option<Nearest> {
     let first = line.first()?;
     let distance = (point[0] - first[0]).hypot(point[1] - first[1]);
-    let mut nearest = Nearest { distance, is_right: None, along: 0.0 };
+    let mut nearest = Nearest { distance, aside: None, along: 0.0, length: 0.0 };
     let mut before = 0.0;
     for pair in line.windows(2) {
         let (a, b) = (pair[0], pair[1]);
@@ -61,14 +65,14 @@ fn nearest(point: Point, line: &[Point]) -> Option<Nearest> {
             let t = ((p[0] * d[0] + p[1] * d[1]) / square).clamp(0.0, 1.0);
             let distance = (p[0] - t * d[0]).hypot(p[1] - t * d[1]);
             let length = square.sqrt();
-            if nearest.is_right.is_none() || distance < nearest.distance {
-                let is_right = Some(p[0] * d[1] - p[1] * d[0] >= 0.0);
-                nearest = Nearest { distance, is_right, along: before + t * length };
+            if nearest.aside.is_none() || distance < nearest.distance {
+                let aside = Some((p[0] * d[1] - p[1] * d[0]) / length);
+                nearest = Nearest { distance, aside, along: before + t * length, length: 0.0 };
             }
             before += length;
         }
     }
-    Some(nearest)
+    Some(Nearest { length: before, ..nearest })
 }
 
 /// Deviation of `line` from `reference`, both base to tip in the same frame, mm; none if either is empty.
@@ -172,7 +176,13 @@ mod tests {
         let line = [[0.0, 0.0], [0.0, 10.0], [3.0, 14.0]];
         assert_eq!(signed_distance([2.0, 5.0], &line), Some(2.0));
         assert_eq!(signed_distance([-2.0, 5.0], &line), Some(-2.0));
-        assert_eq!(signed_distance([1.0, -1.0], &line), Some(2.0_f64.sqrt()));
+        assert_eq!(signed_distance([2.0, 11.0], &line).map(|d| d > 0.0), Some(true));
+        // Beyond its ends, on either side of where it would go on.
+        for aside in [-1.0, -0.01, 0.01, 1.0] {
+            assert_eq!(signed_distance([aside, -1.0], &line), Some(aside));
+            let beyond = signed_distance([6.0 + 0.8 * aside, 18.0 - 0.6 * aside], &line).unwrap();
+            assert!((beyond - aside).abs() < 1e-12, "{beyond} {aside}");
+        }
         assert_eq!(signed_distance([2.0, 5.0], &line[..1]), None);
     }
 
