@@ -61,13 +61,19 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// that may be read.
     #[inline(never)]
     pub(super) fn is_clear_on_the_way(&mut self, coordinate: T) -> bool {
-        let object = self.put_to_rest(coordinate);
-        let sweep = self.work.place(&self.model, &self.timeline.present, &object);
+        let sweep = self.sweep_at_rest(coordinate);
         self.shows_clear(&sweep) && self.is_clear(coordinate)
     }
 
+    /// The gaps of the finger at rest at a coordinate; the workspace shows nothing that may be read.
     #[inline(never)]
-    pub(super) fn put_to_rest(&mut self, coordinate: T) -> Seen<T, O> {
+    pub(super) fn sweep_at_rest(&mut self, coordinate: T) -> Sweep<T> {
+        let object = self.put_to_rest(coordinate);
+        self.work.place(&self.model, &self.timeline.present, &object)
+    }
+
+    #[inline(never)]
+    fn put_to_rest(&mut self, coordinate: T) -> Seen<T, O> {
         self.timeline.present.rest();
         self.work.history.memory.mute();
         self.seen(coordinate)

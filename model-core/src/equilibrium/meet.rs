@@ -20,11 +20,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     pub(super) fn meets(&mut self, to: T) -> Option<T> {
         let from = self.timeline.at();
         let [mut open, mut shut] = [from, to];
-        let mut inside = self.nearest_at_rest(to);
+        let mut inside = self.sweep_at_rest(to).nearest;
         if inside >= T::ZERO {
             return None;
         }
-        let mut gap = self.nearest_at_rest(from);
+        let mut gap = self.sweep_at_rest(from).nearest;
         let met = T::of(MET);
         for _ in 0..LOOKS {
             if gap <= met {
@@ -33,7 +33,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             // Aims at half of what counts as touching; an end that stays twice counts half (Illinois).
             let part = (gap - T::of(0.5) * met) / (gap - inside);
             let place = open + (shut - open) * part;
-            let found = self.nearest_at_rest(place);
+            let found = self.sweep_at_rest(place).nearest;
             if found < T::ZERO {
                 (shut, inside) = (place, found);
             } else {
@@ -42,11 +42,5 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
         }
         (open != from).then_some(open)
-    }
-
-    /// Smallest gap between the finger at rest and the object at a coordinate, in the finger's units.
-    fn nearest_at_rest(&mut self, coordinate: T) -> T {
-        let object = self.put_to_rest(coordinate);
-        self.work.place(&self.model, &self.timeline.present, &object).nearest
     }
 }

@@ -238,12 +238,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let turned = rub.path.turned(backlash).copied();
         // A motion from an unknown past may have begun anywhere within the play.
         let lag = if rub.path.supposed && rub.has_angle { play as f32 } else { 0.0 };
-        let lagging = [-lag, lag].into_iter().flat_map(|lag| [one, other].map(|end| end.plus(lag, &rub.per_angle)));
-        let others = [other].into_iter().chain(turned).chain(lagging);
+        let [behind, ahead] = [-lag, lag].map(|lag| [one, other].map(|end| end.plus(lag, &rub.per_angle)));
+        let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
-        estimate.interval = ends.map(|_| Interval::over(&one, others).with(estimate.force, estimate.torque));
+        estimate.interval = ends.map(|_| Interval::over(&one, &others).with(estimate.force, estimate.torque));
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;

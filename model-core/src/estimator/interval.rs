@@ -18,9 +18,10 @@ pub struct Interval {
 
 impl Interval {
     /// Of what there may be: a reading, and others if the past may have brought it there as well.
-    pub(super) fn over(one: &Reading<f32>, others: impl Iterator<Item = Reading<f32>>) -> Self {
+    #[inline(never)]
+    pub(super) fn over(one: &Reading<f32>, others: &[Reading<f32>]) -> Self {
         let mut found = Self { normal: [one.normal; 2], magnitude: [magnitude(one.force); 2], torque: [one.torque; 2] };
-        for other in others.filter(|other| other != one) {
+        for other in others.iter().filter(|&other| other != one) {
             take(&mut found.normal, other.normal);
             take(&mut found.magnitude, magnitude(other.force));
             take(&mut found.torque, other.torque);
@@ -37,6 +38,7 @@ impl Interval {
     }
 
     /// The forces times what lies between two parts, the lesser first and at least zero.
+    #[inline(never)]
     pub(super) fn times(self, [low, high]: [f32; 2]) -> Self {
         let low = low.max(0.0);
         let ends = |[least, most]: [f32; 2]| {
@@ -71,9 +73,9 @@ mod tests {
     #[test]
     fn an_interval_spans_both_readings_and_friction_that_vanishes() {
         let other = Reading { force: [0.0, 6.0], normal: 5.0, torque: 150.0 };
-        let found = Interval::over(&NOW, [other].into_iter());
+        let found = Interval::over(&NOW, &[other]);
         assert_eq!((found.normal, found.magnitude, found.torque), ([4.5, 5.0], [4.5, 6.0], [150.0, 200.0]));
-        assert_eq!(Interval::over(&NOW, [NOW].into_iter()).magnitude, [5.0, 5.0]);
+        assert_eq!(Interval::over(&NOW, &[NOW]).magnitude, [5.0, 5.0]);
         // The middle of two forces may be less than both.
         let widened = found.with([0.0, 4.0], 210.0);
         assert_eq!((widened.normal, widened.magnitude, widened.torque), ([4.5, 5.0], [4.0, 6.0], [150.0, 210.0]));

@@ -69,7 +69,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         // What is not known of either past may be anything within their range.
         let reading = Reading { force: elastic.force, normal: self.normal(), torque: elastic.torque };
-        let rubbed = elastic.interval.unwrap_or_else(|| Interval::over(&reading, core::iter::empty()));
+        let rubbed = elastic.interval.unwrap_or_else(|| Interval::over(&reading, &[]));
         let interval = rubbed.times([part - doubt, part + doubt]).with(estimate.force, estimate.torque);
         if elastic.interval.is_some() || doubt > KNOWN * part {
             estimate.interval = Some(interval);
