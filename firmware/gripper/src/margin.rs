@@ -146,6 +146,10 @@ impl Margins {
     /// One step of a round under way, if it ends within what is left of the period: for a gripper that waits for another master. Whether it took
     /// one.
     pub(crate) fn search<B: Board>(&mut self, scheduler: &Scheduler) -> bool {
+        // As in `go_on`. Without this the image of a board with room for one finger has all of the search in it.
+        if B::FINGERS < 2 {
+            return false;
+        }
         let mut now = B::cost_ticks();
         self.step(scheduler.left::<B>(), B::COST_HZ / FIRST, &mut now, B::cost_ticks)
     }
