@@ -171,7 +171,9 @@ impl Shared {
     }
 
     /// Adds one.
-    pub(crate) fn add(&self, which: impl FnOnce(&mut Counters) -> &mut u32) {
+    // Its code is in the image once, and not at each of some twenty callers.
+    #[inline(never)]
+    pub(crate) fn add(&self, which: fn(&mut Counters) -> &mut u32) {
         self.count(|counters| {
             let counter = which(counters);
             *counter = counter.wrapping_add(1);
