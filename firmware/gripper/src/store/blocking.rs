@@ -69,10 +69,71 @@ impl<F: NorFlash> waiting::NorFlash for Blocking<F> {
     const ERASE_SIZE: usize = F::ERASE_SIZE;
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), F::Error> {
-        self.change(|flash| flash.erase(from, to)).await
+        // A sector at a time, so that others run in between: the clock of some boards bears one of them at most.
+        let sector = (F::ERASE_SIZE as u32).max(1);
+        let mut at = from;
+        while at < to {
+            let end = at.saturating_add(sector).min(to);
+            self.change(|flash| flash.erase(at, end)).await?;
+            at = end;
+        }
+        Ok(())
     }
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), F::Error> {
         self.change(|flash| flash.write(offset, bytes)).await
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use embassy_futures::block_on;
+    use embedded_storage::nor_flash::ReadNorFlash;
+
+    use super::*;
+
+    /// Flash that notes what is erased.
+    struct Flash(Vec<[u32; 2]>);
+
+    impl ErrorType for Flash {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Flash {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            0x4000
+        }
+    }
+
+    impl NorFlash for Flash {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = 0x1000;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            self.0.push([from, to]);
+            if from == 0x3000 { Err(NorFlashErrorKind::Other) } else { Ok(()) }
+        }
+
+        fn write(&mut self, _: u32, _: &[u8]) -> Result<(), NorFlashErrorKind> {
+            Ok(())
+        }
+    }
+
+    /// Flash that is not to be trusted is erased as a whole: that must not hold the processor longer than one sector does.
+    #[test]
+    fn a_range_is_erased_sector_by_sector() {
+        let mut flash = Blocking { flash: Flash(Vec::new()), quiet: None };
+        let mut erase = |from, to| block_on(waiting::NorFlash::erase(&mut flash, from, to));
+        let outcomes = [erase(0x1000, 0x3000), erase(0x1000, 0x1000), erase(0x2000, 0x4000)];
+        assert_eq!(outcomes, [Ok(()), Ok(()), Err(NorFlashErrorKind::Other)]);
+        assert_eq!(flash.flash.0, [[0x1000, 0x2000], [0x2000, 0x3000], [0x2000, 0x3000], [0x3000, 0x4000]]);
     }
 }
