@@ -124,6 +124,14 @@ impl Ears {
         }
     }
 
+    /// For a while nothing was heard: what was half said, or had yet to be answered, is over.
+    pub(crate) fn were_deaf(&mut self) {
+        self.tap.reset();
+        if let Some(voice) = &mut self.voice {
+            voice.device.reset();
+        }
+    }
+
     /// What was said by the gripper itself.
     pub(crate) fn hear_own(&mut self, mut bytes: &[u8]) {
         while self.tap.hear(now_us(), &mut bytes).is_some() {}

@@ -11,7 +11,13 @@ use core::task::Poll;
 
 use embassy_sync::blocking_mutex::Mutex;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex as Raw;
+use embassy_sync::signal::Signal;
 use embassy_sync::waitqueue::AtomicWaker;
+use embassy_time::Instant;
+
+/// For how long the processor may be held without further ado, µs: what comes meanwhile is stamped as late as port and scheduler may make it
+/// anyway (`stm32::BUS_LATENCY_US`).
+const UNNOTICED_US: u64 = 500;
 
 /// Whether a transaction is under way. All zeros at first.
 pub(crate) struct Quiet {
@@ -19,6 +25,8 @@ pub(crate) struct Quiet {
     /// Somebody waits for a moment without one.
     wanted: AtomicBool,
     over: AtomicWaker,
+    /// The processor was held for longer than [`UNNOTICED_US`].
+    held: Signal<Raw, ()>,
 }
 
 /// A transaction, until it is dropped.
@@ -27,7 +35,12 @@ pub(crate) struct Asking<'a>(&'a Quiet);
 impl Quiet {
     /// Nobody asks.
     pub(crate) const fn new() -> Self {
-        Self { asking: Mutex::new(Cell::new(false)), wanted: AtomicBool::new(false), over: AtomicWaker::new() }
+        Self {
+            asking: Mutex::new(Cell::new(false)),
+            wanted: AtomicBool::new(false),
+            over: AtomicWaker::new(),
+            held: Signal::new(),
+        }
     }
 
     /// A transaction begins.
@@ -41,9 +54,31 @@ impl Quiet {
         let _wanting = Wanting::begin(&self.wanted);
         poll_fn(|context| {
             self.over.register(context.waker());
-            self.asking.lock(|asking| if asking.get() { Poll::Pending } else { Poll::Ready(act()) })
+            self.asking.lock(|asking| {
+                if asking.get() {
+                    return Poll::Pending;
+                }
+                let begun = Instant::now();
+                let done = act();
+                // Before anybody else runs: what has come meanwhile must not be taken for new.
+                self.has_held(begun);
+                Poll::Ready(done)
+            })
         })
         .await
+    }
+
+    /// The processor was held since then.
+    #[inline(never)]
+    fn has_held(&self, begun: Instant) {
+        if begun.elapsed().as_micros() > UNNOTICED_US {
+            self.held.signal(());
+        }
+    }
+
+    /// Waits until the processor was held for long enough that nobody knows when what waits has come.
+    pub(crate) async fn held(&self) {
+        self.held.wait().await;
     }
 
     /// Whether somebody waits for a moment without a transaction.
@@ -81,7 +116,8 @@ mod tests {
     use core::pin::pin;
     use core::task::{Context, Waker};
 
-    use embassy_futures::block_on;
+    use embassy_futures::{block_on, poll_once};
+    use embassy_time::{Duration, MockDriver};
     use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
     use super::*;
@@ -168,6 +204,16 @@ mod tests {
         assert!(changes.get() > 0);
         let mut back = Setup::DEFAULT;
         assert_eq!(block_on(store.restore(&mut back)).records, 1);
+    }
+
+    /// Only what holds the processor for a while is noticed: by then nobody knows when what waits on the bus has come.
+    #[test]
+    fn a_processor_that_was_held_is_noticed() {
+        let quiet = Quiet::new();
+        block_on(quiet.when(|| MockDriver::get().advance(Duration::from_micros(UNNOTICED_US + 1))));
+        assert!(quiet.held.signaled());
+        assert_eq!(poll_once(quiet.held()), Poll::Ready(()));
+        assert!(!quiet.held.signaled(), "once");
     }
 
     #[test]

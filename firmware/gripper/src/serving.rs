@@ -1,6 +1,9 @@
 //! The bus task: asks the servos while the control task computes, and hears and answers another master.
 
-use embassy_futures::select::{Either3, select3};
+use core::task::Poll;
+
+use embassy_futures::poll_once;
+use embassy_futures::select::{Either4, select4};
 use embassy_time::{Instant, Timer};
 use embedded_io_async::{Read, Write};
 
@@ -16,6 +19,8 @@ const CHUNK: usize = 64;
 const LOUD: u32 = 8;
 /// What the tasks below the bus task then get, µs; what is lost meanwhile counts as damaged.
 const BREATH_US: u64 = 200;
+/// Chunks that are thrown away after the processor was held, at most: more than a port keeps.
+const WAITING: usize = 32;
 
 /// Does on the bus what the control task wants, for ever.
 pub async fn serve<B: Board>(shared: &Shared, bus: &Bus<B::Bus>) -> ! {
@@ -57,27 +62,36 @@ async fn hear<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus) -
     let mut chunk = [0; CHUNK];
     let mut full = 0;
     loop {
+        if full > LOUD {
+            full = 0;
+            Timer::after_micros(BREATH_US).await;
+        }
         let deadline_us = bus.ears().await.as_ref().and_then(Ears::deadline);
         let deadline = deadline_us.map_or(Instant::MAX, Instant::from_micros);
-        let count = match select3(port.read(&mut chunk), Timer::at(deadline), bus.job()).await {
-            Either3::First(Ok(count)) => count,
-            Either3::First(Err(_)) => {
+        let heard = select4(shared.quiet.held(), port.read(&mut chunk), Timer::at(deadline), bus.job()).await;
+        let was_held = matches!(heard, Either4::First(()));
+        let count = match heard {
+            Either4::First(()) => {
+                throw_away(shared, port, &mut chunk);
+                0
+            }
+            Either4::Second(Ok(count)) => count,
+            Either4::Second(Err(_)) => {
                 shared.add(|counters| &mut counters.bus_other);
                 // A port that fails at once must not take all of the processor.
                 Timer::after_micros(100).await;
                 0
             }
-            Either3::Second(()) => 0,
-            Either3::Third(job) => return job,
+            Either4::Third(()) => 0,
+            Either4::Fourth(job) => return job,
         };
         full = if count == CHUNK { full + 1 } else { 0 };
-        if full > LOUD {
-            full = 0;
-            Timer::after_micros(BREATH_US).await;
-        }
         let (now, heard_ticks) = (now_us(), port.heard_ticks());
         let mut rest = chunk.get(..count).unwrap_or_default();
         if let Some(ears) = &mut *bus.ears().await {
+            if was_held {
+                ears.were_deaf();
+            }
             ears.overhear(shared, now, rest, heard_ticks);
         }
         while let Some(said) = answer(bus, now, &mut rest).await {
@@ -88,6 +102,15 @@ async fn hear<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus) -
             say::<B>(shared, bus, port, &said).await;
         }
         bus.has_heard();
+    }
+}
+
+/// Throws away what has come and was not read: a question in it is over by now, and the age of an answer is not known.
+#[inline(never)]
+fn throw_away(shared: &Shared, port: &mut impl Read, chunk: &mut [u8]) {
+    let chunks = (0..WAITING).take_while(|_| matches!(poll_once(port.read(chunk)), Poll::Ready(Ok(1..)))).count();
+    if chunks > 0 {
+        shared.add(|counters| &mut counters.bus_damaged);
     }
 }
 
@@ -125,5 +148,160 @@ async fn say<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus, sa
     drop(asking);
     if let Some(ears) = &mut *bus.ears().await {
         ears.hear_own(&said.bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::convert::Infallible;
+    use core::future::Future;
+    use core::pin::pin;
+    use core::task::{Context, Waker};
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::vec::Vec;
+
+    use dynamixel::{Id, Instruction, Model, encode};
+    use embassy_futures::block_on;
+    use embassy_time::{Duration, MockDriver};
+    use embedded_io_async::ErrorType;
+    use embedded_storage::nor_flash::{self, NorFlash, NorFlashErrorKind, ReadNorFlash};
+    use messages::{FINGERS, Role, Settings};
+
+    use super::*;
+    use crate::board::Watchdog;
+
+    /// A bus on which others speak.
+    #[derive(Default)]
+    struct Wire {
+        waiting: RefCell<VecDeque<u8>>,
+        said: RefCell<Vec<u8>>,
+    }
+
+    impl ErrorType for &Wire {
+        type Error = Infallible;
+    }
+
+    impl Read for &Wire {
+        async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+            core::future::poll_fn(|_| {
+                let mut waiting = self.waiting.borrow_mut();
+                let count = waiting.len().min(buffer.len());
+                buffer.iter_mut().zip(waiting.drain(..count)).for_each(|(to, byte)| *to = byte);
+                if count == 0 { Poll::Pending } else { Poll::Ready(Ok(count)) }
+            })
+            .await
+        }
+    }
+
+    impl Write for &Wire {
+        async fn write(&mut self, bytes: &[u8]) -> Result<usize, Infallible> {
+            self.said.borrow_mut().extend(bytes);
+            Ok(bytes.len())
+        }
+
+        async fn flush(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+    }
+
+    impl BusPort for &'static Wire {
+        fn set_baud(&mut self, baud: u32) -> u32 {
+            baud
+        }
+    }
+
+    /// What a board has besides its bus, none of which is used here.
+    struct Nothing;
+
+    impl nor_flash::ErrorType for Nothing {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Nothing {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, _: u32, _: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            0
+        }
+    }
+
+    impl NorFlash for Nothing {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = 4;
+
+        fn erase(&mut self, _: u32, _: u32) -> Result<(), NorFlashErrorKind> {
+            Ok(())
+        }
+
+        fn write(&mut self, _: u32, _: &[u8]) -> Result<(), NorFlashErrorKind> {
+            Ok(())
+        }
+    }
+
+    impl Watchdog for Nothing {
+        fn feed(&mut self) {}
+    }
+
+    impl Board for Nothing {
+        type Bus = &'static Wire;
+        type Flash = Self;
+        type Watchdog = Self;
+        const NAME: &'static str = "none";
+        const FINGERS: usize = FINGERS;
+        const BUS_LATENCY_US: u32 = 500;
+        const ANSWER_US: u32 = 100;
+        const COST_HZ: u32 = 1_000_000;
+        const WATCHDOG_MS: u32 = 1_000;
+        const FLASH_STALLS: bool = true;
+
+        fn cost_ticks() -> u32 {
+            0
+        }
+
+        fn restart(last_words: &'static str) -> ! {
+            panic!("{last_words}")
+        }
+    }
+
+    /// The processor was held while a sector was erased: the questions that waited are not answered any more, and the answers to them are not
+    /// taken for those of a servo that is where it says now.
+    #[test]
+    fn what_came_while_flash_was_erased_is_neither_answered_nor_learnt_from() {
+        let (servo, own) = (Id::new(1).unwrap(), Id::new(100).unwrap());
+        let wire: &'static Wire = std::boxed::Box::leak(std::boxed::Box::default());
+        let (shared, bus) = (Shared::new(), Bus::<&'static Wire>::new(wire, Nothing::BUS_LATENCY_US));
+        let settings = Settings { role: Role::Device { id: own.get(), return_delay: 0 }, ..Settings::DEFAULT };
+        block_on(async {
+            let ears = &mut *bus.ears().await;
+            Ears::open::<Nothing>(ears, &settings, 1_000_000);
+            ears.as_mut().unwrap().watch(servo, Model::XM430);
+        });
+        let (mut port, polled) = (wire, &mut Context::from_waker(Waker::noop()));
+        let mut hearing = pin!(hear::<Nothing>(&shared, &bus, &mut port));
+        // A read of the servo's position, its answer, and a ping of the gripper.
+        let traffic = |position: i32| {
+            let mut buffer = [0; 64];
+            let mut bytes = encode(&mut buffer, servo, Instruction::Read, &[132, 0, 4, 0]).unwrap().to_vec();
+            let answer = [&[0][..], &position.to_le_bytes()].concat();
+            bytes.extend(encode(&mut buffer, servo, Instruction::Status, &answer).unwrap());
+            bytes.extend(encode(&mut buffer, own, Instruction::Ping, &[]).unwrap());
+            wire.waiting.borrow_mut().extend(bytes);
+        };
+        let seen = || block_on(bus.ears()).as_ref().unwrap().sight(servo).and_then(|sight| sight.position);
+        assert!(hearing.as_mut().poll(polled).is_pending());
+        traffic(1000);
+        block_on(shared.quiet.when(|| MockDriver::get().advance(Duration::from_millis(2))));
+        assert!(hearing.as_mut().poll(polled).is_pending());
+        assert_eq!((seen(), wire.said.borrow().len()), (None, 0));
+        // What is heard from then on counts as ever.
+        traffic(1001);
+        assert!(hearing.as_mut().poll(polled).is_pending());
+        assert_eq!(seen().map(|seen| seen.value), Some(1001));
+        assert_eq!(wire.said.borrow().len(), 14, "an answer to a ping");
     }
 }
