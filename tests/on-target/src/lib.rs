@@ -15,6 +15,8 @@ mod guard;
 #[cfg(test)]
 mod half_duplex;
 #[cfg(test)]
+mod missed;
+#[cfg(test)]
 mod model;
 #[cfg(test)]
 mod sweep;

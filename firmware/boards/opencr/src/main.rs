@@ -5,6 +5,7 @@
 
 mod accelerator;
 mod before;
+mod clock;
 mod clocks;
 mod usb_link;
 mod watchdog;
@@ -61,7 +62,8 @@ struct Caches;
 
 impl Care for Caches {
     fn erase(_: &mut Flash<'static, Blocking>, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
-        stalling::erase::<SECTOR>(from, to)
+        let mut sectors = (from..to).step_by(SECTOR as usize);
+        sectors.try_for_each(|sector| clock::kept(|| stalling::erase::<SECTOR>(sector, sector + SECTOR)))
     }
 
     fn write(_: &mut Flash<'static, Blocking>, place: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {

@@ -6,6 +6,7 @@
 //! - [`usart`]: a chip's USART under a line. [`Settings`]: a stretch of flash; [`torn`]: words
 //!   of it that cannot be read. [`mod@reset`]: last words, why the
 //!   program started, how it ends. [`cycles`]: the processor's cycle counter. [`Dog`]: its watchdog.
+//! - [`missed`]: time that embassy's clock misses while flash is erased.
 //! - [`interrupts!`]: which interrupt does what. [`guard`]: what a stack that overflows comes into.
 //!
 //! The log goes out over RTT (defmt-rtt). Without the feature `chip` there is only what needs no chip: the tests drive the line's logic with a simulated USART.
@@ -32,6 +33,7 @@ pub mod guard;
 #[cfg(feature = "chip")]
 mod interrupts;
 mod line;
+pub mod missed;
 #[cfg(feature = "chip")]
 pub mod near;
 pub mod port;
