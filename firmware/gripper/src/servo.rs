@@ -78,8 +78,8 @@ const AGAIN: u8 = 2;
 pub(crate) struct Servos<U: BusPort> {
     master: Master<U, Delay, 128>,
     latency_us: u32,
-    /// The longest return delay of the servos found, in the unit of their register.
-    delay: u8,
+    /// The return delay of each finger's servo since it was found, in the unit of its register.
+    delays: [u8; FINGERS],
     /// The goals last written.
     written: [Option<i32>; FINGERS],
     /// In how many further ticks they are written, as nobody has confirmed them.
@@ -101,7 +101,7 @@ impl<U: BusPort> Servos<U> {
         Self {
             master: Master::new(bus, Delay, timing),
             latency_us,
-            delay: 0,
+            delays: [0; FINGERS],
             written: [None; FINGERS],
             unconfirmed: [0; FINGERS],
             fast: [false; FINGERS],
@@ -161,7 +161,7 @@ impl<U: BusPort> Servos<U> {
     pub(crate) fn go_on_at(&mut self, bus: Option<u32>) {
         if let Some(baud) = bus {
             self.master.port_mut().set_baud(baud);
-            self.listen_at(baud, u32::from(self.delay));
+            self.listen_to_all_at(baud);
         }
     }
 
@@ -177,9 +177,21 @@ impl<U: BusPort> Servos<U> {
         self.master.set_timing(Timing { baud_rate, latency_us, status_return: StatusReturn::All });
     }
 
+    /// As [`Self::listen_at`], for as long as the slowest of the servos takes.
+    fn listen_to_all_at(&mut self, baud_rate: u32) {
+        let longest = self.delays.iter().copied().max().unwrap_or(0);
+        self.listen_at(baud_rate, u32::from(longest));
+    }
+
+    fn delays_by(&mut self, finger: usize, delay: u8) {
+        if let Some(known) = self.delays.get_mut(finger) {
+            *known = delay;
+        }
+    }
+
     /// Forgets the servos' return delays: none is there.
     pub(crate) fn forget(&mut self) {
-        self.delay = 0;
+        self.delays = [0; FINGERS];
     }
 
     /// The bus itself.

@@ -84,9 +84,9 @@ impl<U: BusPort> Servos<U> {
     ) -> Result<Found, BusError<U>> {
         self.wrote(finger, None);
         self.is_fenced_by(finger, None);
-        let others = self.delay;
+        // It is found anew, perhaps set anew: what it was counts no more, what the others are does.
+        self.delays_by(finger, 0);
         let mut found = self.look_for(finger, id, rates, wanted).await;
-        self.delay = self.delay.max(others);
         let mut rate = self.master.timing().baud_rate;
         if let Some(bus) = rates.bus.filter(|bus| *bus != rate) {
             // The other servos are led at theirs.
@@ -95,7 +95,7 @@ impl<U: BusPort> Servos<U> {
             // It cannot be led with them: for this bus it is silent.
             found = found.and(Err(dynamixel::Error::Timeout { id, waited_us: 0 }));
         }
-        self.listen_at(rate, u32::from(self.delay));
+        self.listen_to_all_at(rate);
         if let Ok(found) = &found {
             self.wrote(finger, Some(found.goal));
             self.reads_fast(finger, Identity { model: found.setup.model, firmware: found.firmware }.reads_fast());
@@ -169,7 +169,7 @@ impl<U: BusPort> Servos<U> {
             // torque that it holds with.
             self.master.set(id, model.at(xm430::BUS_WATCHDOG), 0).await?;
         }
-        self.delay = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
+        let mut delay: u8 = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
         if !torque {
             // Only what is otherwise is written: the EEPROM wears.
             for (register, value) in [(xm430::RETURN_DELAY_TIME, 0), (xm430::OPERATING_MODE, mode)] {
@@ -177,7 +177,7 @@ impl<U: BusPort> Servos<U> {
                     self.master.set(id, register, value).await?;
                 }
             }
-            (self.delay, setup.operating_mode) = (0, mode);
+            (delay, setup.operating_mode) = (0, mode);
             if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
                 && let Some(code) = model.baud_code(wanted)
                 && self.reaches(wanted, rates.look)
@@ -190,7 +190,8 @@ impl<U: BusPort> Servos<U> {
                 baud = wanted;
             }
         }
-        self.listen_at(baud, u32::from(self.delay));
+        self.delays_by(finger, delay);
+        self.listen_at(baud, u32::from(delay));
         if let Some(fence) = wanted.fence {
             // Before the torque: its current may be anything else.
             let most = i16::try_from(of(xm430::CURRENT_LIMIT, KEPT, &kept)).unwrap_or(i16::MAX);

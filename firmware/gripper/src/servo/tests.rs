@@ -247,3 +247,19 @@ fn a_rate_that_the_board_does_not_have_is_left_alone() {
     let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, HOLDS)).unwrap();
     assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
 }
+
+/// A servo that is found with torque keeps its return delay, and all are waited for as long. Once it is found without, it answers at once, and
+/// nobody is waited for any more: not even while another one has been there all along.
+#[test]
+fn a_return_delay_that_is_gone_is_not_waited_for() {
+    let mut wire = Wire::new([45, 45], true);
+    // As from the factory, and with torque.
+    (wire.servos[1].1.memory[9], wire.servos[1].1.memory[11], wire.servos[1].1.memory[64]) = (250, 3, 1);
+    let mut servos = ready(wire);
+    assert_eq!(servos.master.timing().latency_us, 2_000 + 500);
+    servos.port_mut().servos[1].1.memory[64] = 0;
+    let rates = Rates { look: 1_000_000, wanted: None, bus: Some(1_000_000) };
+    wait_for(servos.bring_up(1, Id::new(2).unwrap(), rates, HOLDS)).unwrap();
+    assert_eq!(servos.port_mut().servos[1].1.memory[9], 0);
+    assert_eq!(servos.master.timing().latency_us, 2_000);
+}
