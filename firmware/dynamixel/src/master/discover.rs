@@ -35,7 +35,9 @@ where
         self.send(sent).await?;
         let addresses = usize::from(Id::MAX.get()) + 1;
         let slots = (addresses as u32).saturating_mul(BROADCAST_PING_SLOT_US);
-        let wait = slots.saturating_add(self.timing.wire_us(sent + status_length(3)));
+        // An answer that is longer than its slot may hold up those behind it: as long as all take that there is room for.
+        let answers = found.len().max(1).min(addresses).saturating_mul(status_length(3));
+        let wait = slots.saturating_add(self.timing.wire_us(sent + answers));
         let wait = wait.saturating_add(self.timing.latency_us);
         let mut listening = Listening::new(sent + addresses * longest_packet_length(4), self.sent);
         let mut count = 0;

@@ -144,6 +144,22 @@ fn every_device_is_discovered() {
     assert!(bus.run(master.ping(id(17))).is_ok());
 }
 
+/// ROBOTIS' SDK waits 3 ms per address, and for the bytes of the answers: at a slow rate one takes longer than its slot.
+#[test]
+fn as_many_answers_are_waited_for_as_there_is_room_for() {
+    let bus = Bus::new(&[]);
+    let mut master = master(&bus);
+    master.set_timing(Timing { baud_rate: 9_600, ..TIMING });
+    let mut waited = [1, 16].map(|room| {
+        let begun = bus.now_us();
+        assert_eq!(bus.run(master.discover(&mut vec![None; room])), Ok(0));
+        bus.now_us() - begun
+    });
+    assert!(waited[0] > 3_000 * 252 + 14_583);
+    waited[1] -= waited[0];
+    assert!(waited[1].abs_diff(15 * 14_583) < 2_000, "{waited:?}");
+}
+
 #[test]
 fn a_silent_device_costs_the_deadline_and_no_more() {
     let bus = Bus::new(&[1]);
