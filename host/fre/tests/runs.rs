@@ -57,7 +57,8 @@ fn the_work_that_does_not_come_back_is_dissipated() {
 #[test]
 fn friction_softens_a_contact_at_nodes() {
     let text = CASE.replace("radius_mm", "friction = 0.6, radius_mm").replace("0, 4, 8", "0, 4, 8, 7.5, 4, 0");
-    let mut options = Options { discretisation: Discretisation::full(Scheme::Paper, Physics::Paper), ..Default::default() };
+    let mut options =
+        Options { discretisation: Discretisation::full(Scheme::Paper, Physics::Paper), ..Default::default() };
     let found = solve(&case(&text), &options).unwrap();
     options.discretisation.softness = Softness::Local;
     let expected = solve(&case(&text), &options).unwrap();
@@ -70,11 +71,14 @@ fn friction_softens_a_contact_at_nodes() {
 /// The case's own force is within its interval, whatever the object, and an interval is none between two branches.
 #[test]
 fn an_interval_holds_the_cases_own_forces() {
-    let square = "shape = \"polygon\", corners_mm = [[6, 20], [50, 20], [50, 62], [6, 62]], rounding_mm = 2, friction = 0.5";
+    let square =
+        "shape = \"polygon\", corners_mm = [[6, 20], [50, 20], [50, 62], [6, 62]], rounding_mm = 2, friction = 0.5";
     let mut with = 0;
     for object in [square, "shape = \"circle\", radius_mm = 40, centre_mm = [41, 45], friction = 0.6"] {
         let text = CASE.replace("shape = \"circle\", radius_mm = 40, centre_mm = [41, 45]", object);
-        let run = solved(&text.replace("0, 4, 8", "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 12, 11, 10, 9, 8, 6, 4, 2, 0"));
+        let run = solved(
+            &text.replace("0, 4, 8", "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 12, 11, 10, 9, 8, 6, 4, 2, 0"),
+        );
         for place in &run.places {
             let Some(state) = &place.state else { continue };
             let Some(interval) = state.force_interval else { continue };
