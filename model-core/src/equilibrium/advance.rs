@@ -54,8 +54,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             && let Some(met) = self.meets(target)
         {
             self.timeline.take(met, to);
-            self.timeline.present.rest();
-            self.accept(met);
+            self.wait_open(met);
             return None;
         }
         // A step costs at least an evaluation, also where it needs no iteration.

@@ -43,4 +43,15 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         }
         (open != from).then_some(open)
     }
+
+    /// Accepts the open hand at a coordinate where it is clear. Without memory a sweep shows all that is remembered of it.
+    pub(super) fn wait_open(&mut self, at: T) {
+        if self.remembers() {
+            self.timeline.present.rest();
+            self.accept(at);
+        } else {
+            self.sweep = self.sweep_at_rest(at);
+            self.keep(at);
+        }
+    }
 }
