@@ -159,7 +159,7 @@ pub fn run(args: &Args) -> ExitCode {
     }
 }
 
-/// Why there is no problem, with the option that it comes from.
+/// The reason why a problem is refused, with the option at fault.
 fn refused(args: &Args, error: &ProblemError) -> String {
     match error {
         ProblemError::Object { object, error } => {

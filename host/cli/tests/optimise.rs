@@ -189,7 +189,7 @@ fn what_is_no_problem_is_refused_by_its_option() {
     }
 }
 
-/// A force of 0 before: there is no share of it.
+/// The force was 0 before, so that no percentage of it can be given.
 #[test]
 fn what_was_zero_gets_better_by_no_share() {
     let folder = tempfile::tempdir().unwrap();
