@@ -26,6 +26,9 @@ const PERIOD: u32 = (1_000_000_000 / RATE_HZ as u32) >> SHIFT;
 const PER_TICK: u32 = Machine::instructions_per_tick(SHIFT);
 /// Answers of the servo between two that are lost.
 const FAULT_EVERY: usize = 300;
+/// Estimates of more than half a period that are looked at, and motions within which they are seen.
+const ENOUGH: u32 = 100;
+const MOTIONS: usize = 5;
 
 /// A machine whose finger has five samples per element, an object, and its first trustworthy estimate.
 fn ready(servo: Config, rate_hz: u16) -> (Machine, Link, Watch) {
@@ -95,22 +98,31 @@ fn no_estimate_makes_the_next_tick_late() {
 #[test]
 fn the_servo_is_asked_while_an_estimate_is_made() {
     let (_machine, link, mut watch) = ready(Machine::servo(), FAST_HZ);
-    link.close(Which::All, 11.0 * DEGREE, Some(0.35)).expect("a motion");
     let (mut long, mut ahead, mut last): (u32, u32, Option<Report>) = (0, 0, None);
-    watch.until_report("closed finger", PATIENCE, |report| {
-        if let Some(last) =
-            last.filter(|last| report.sequence == last.sequence + 1 && report.estimate.status != Status::Stale)
-        {
-            // From one position to the next; a tick of the cost clock is 40 ns.
-            let (took_us, apart_us) = (u64::from(last.cost) / 25, report.time_us - last.time_us);
-            long += u32::from(took_us > 500);
-            ahead += u32::from(took_us > 500 && apart_us < took_us);
+    // How many positions come in a motion, and so how far apart they lie, is up to the PC's load.
+    for _ in 0..MOTIONS {
+        link.close(Which::All, 11.0 * DEGREE, Some(0.35)).expect("a motion");
+        watch.until_report("closed finger", PATIENCE, |report| {
+            if let Some(last) =
+                last.filter(|last| report.sequence == last.sequence + 1 && report.estimate.status != Status::Stale)
+            {
+                // From one position to the next; a tick of the cost clock is 40 ns.
+                let (took_us, apart_us) = (u64::from(last.cost) / 25, report.time_us - last.time_us);
+                long += u32::from(took_us > 500);
+                ahead += u32::from(took_us > 500 && apart_us < took_us);
+            }
+            last = Some(*report);
+            report.estimate.motor_angle > 10.5 * DEGREE
+        });
+        if long > ENOUGH {
+            break;
         }
-        last = Some(*report);
-        report.estimate.motor_angle > 10.5 * DEGREE
-    });
+        link.open_fingers(Which::All).expect("a motion");
+        watch.until_report("open finger", PATIENCE, |report| report.estimate.motor_angle < DEGREE);
+        last = None;
+    }
     let counters = link.counters().expect("counters");
     eprintln!("{ahead} of {long} long estimates had the next position before their end; {counters:?}");
-    assert!(long > 100, "{long} estimates took more than half a period");
+    assert!(long > ENOUGH, "{long} estimates took more than half a period");
     assert!(ahead > 0);
 }
