@@ -3,15 +3,14 @@
 #[path = "../said/mod.rs"]
 mod said;
 
-mod photograph;
 mod refused;
 mod scene;
 
-use crate::photograph::{BRIGHT_FINGER, DARK_FINGER, Eye, Lights, save};
 use crate::scene::{
     ANGLE, Folder, LENS, MARKS, STRAIGHT, arc_error, boards, command, deviation, exact_marks, mark, sheet, solved,
     solved_at, words,
 };
+use test_photograph::{BRIGHT_FINGER, DARK_FINGER, Eye, Lights, save};
 
 #[test]
 fn perspective_noise_and_blur_leave_a_tenth_of_a_millimetre() {

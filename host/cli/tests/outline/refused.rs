@@ -1,10 +1,10 @@
 //! What `fre outline` warns of and refuses.
 
-use crate::photograph::{DARK_FINGER, Eye, Lights, Sheet, save};
 use crate::said;
 use crate::scene::{Folder, MARKS, STRAIGHT, command, deviation, exact_marks, mark, sheet, solved, words};
 use fre::fit::measured::Measured;
 use std::process::Command;
+use test_photograph::{DARK_FINGER, Eye, Lights, Sheet, save};
 
 #[test]
 fn a_series_outlives_what_cannot_be_added() {

@@ -1,6 +1,5 @@
 //! The case, its solved finger on a sheet, and a folder in which the command runs.
 
-use crate::photograph::{Eye, Lights, Sheet, checkerboard, save};
 use fre::case::Case;
 use fre::fit::measured::Measured;
 use fre::metrics::distance;
@@ -11,6 +10,7 @@ use model_core::object::ObjectDesign;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
+use test_photograph::{Eye, Lights, Sheet, checkerboard, save};
 
 pub(crate) const ANGLE: f64 = 8.0;
 pub(crate) const CASE: &str = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40.0\n\

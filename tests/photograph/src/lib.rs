@@ -1,4 +1,6 @@
 //! Photographs that were never taken: a solved finger through a known camera. Nothing here uses the code under test.
+//!
+//! A crate of its own: what draws is optimised, and the tests that use it need not be.
 
 use std::path::Path;
 
@@ -20,13 +22,19 @@ const SAMPLES: usize = 3;
 /// Light of what is in the plane, 0 to 255.
 #[derive(Clone, Copy)]
 pub struct Lights {
+    /// Of the background.
     pub ground: u8,
+    /// Of the finger.
     pub finger: u8,
+    /// Of the object.
     pub object: u8,
+    /// Of the marks.
     pub dots: u8,
 }
 
+/// A dark finger before a bright background.
 pub const DARK_FINGER: Lights = Lights { ground: 215, finger: 28, object: 95, dots: 15 };
+/// A bright finger before a dark background.
 pub const BRIGHT_FINGER: Lights = Lights { ground: 30, finger: 205, object: 110, dots: 235 };
 
 /// A plane with light on it, mm.
@@ -37,6 +45,7 @@ pub struct Sheet {
 }
 
 impl Sheet {
+    /// A plane with the background's light, and what is drawn on it.
     pub fn draw(lights: Lights, draw: impl FnOnce(&mut Pen)) -> Self {
         let size = EXTENT.map(|mm| (mm * SHEET) as u32);
         let mut pixmap = Pixmap::new(size[0], size[1]).unwrap();
@@ -72,6 +81,7 @@ pub struct Pen {
 }
 
 impl Pen {
+    /// A line through points, of a width (mm) and a light.
     pub fn line(&mut self, points: &[[f64; 2]], width: f64, light: u8) {
         let mut path = PathBuilder::new();
         for (i, p) in points.iter().enumerate() {
@@ -82,6 +92,7 @@ impl Pen {
         self.pixmap.stroke_path(&path.finish().unwrap(), &paint(light), &stroke, Transform::identity(), None);
     }
 
+    /// A disc of a radius (mm) and a light.
     pub fn disc(&mut self, centre: [f64; 2], radius: f64, light: u8) {
         let [x, y] = [((centre[0] - CORNER[0]) * SHEET) as f32, ((centre[1] - CORNER[1]) * SHEET) as f32];
         let path = PathBuilder::from_circle(x, y, (radius * SHEET) as f32).unwrap();
@@ -98,9 +109,13 @@ fn paint(light: u8) -> Paint<'static> {
 /// A camera: focal length and principal point in pixels, distortion (k1, k2, p1, p2), and where the plane lies.
 #[derive(Clone, Copy)]
 pub struct Eye {
+    /// Width and height, pixels.
     pub size: [usize; 2],
+    /// Focal length along x and y, pixels.
     pub focal: [f64; 2],
+    /// Principal point, pixels.
     pub centre: [f64; 2],
+    /// Distortion: k1, k2, p1, p2.
     pub lens: [f64; 4],
     /// Columns of the plane's pose: its x axis, its y axis, its origin, in the camera's frame (x right, y down, z ahead).
     pub pose: [[f64; 3]; 3],
@@ -162,6 +177,10 @@ impl Eye {
 
     /// A photograph of what `light` (0 to 1) tells of the plane, blurred (pixels) and with noise (of 255).
     pub fn photograph(&self, light: impl Fn([f64; 2]) -> f32 + Sync, blur: f64, noise: f64, seed: u64) -> GrayImage {
+        self.taken(&light, blur, noise, seed)
+    }
+
+    fn taken(&self, light: &(dyn Fn([f64; 2]) -> f32 + Sync), blur: f64, noise: f64, seed: u64) -> GrayImage {
         let [width, height] = self.size;
         let sharp: Vec<f32> = (0..width * height)
             .into_par_iter()
@@ -209,6 +228,7 @@ fn blurred(light: &[f32], width: usize, sigma: f64, stride: usize) -> Vec<f32> {
 }
 
 impl Sheet {
+    /// Light of the plane's places, 0 to 1.
     pub fn light(&self) -> impl Fn([f64; 2]) -> f32 + Sync + '_ {
         |mm| self.at(mm)
     }
@@ -221,6 +241,7 @@ pub fn checkerboard([x, y]: [f64; 2]) -> f32 {
     if dark { 0.04 } else { 0.8 }
 }
 
+/// Writes a picture in the format of the file's name.
 pub fn save(picture: &GrayImage, path: &Path) {
     picture.save(path).unwrap();
 }
