@@ -24,6 +24,10 @@ const EASED: f64 = 20.0;
 const SHORTEST_PAUSE: f64 = 1e-4;
 /// Part of the largest step below which they may take all that the settings allow: a step this short does not stray.
 const PATIENT_BELOW: f64 = 1.0 / 16.0;
+/// Part of the normal forces by which what a step brings into contact may pull, and part of the largest step below which it is taken as it is
+/// ([`Settings::resolves_contact`](super::Settings::resolves_contact)).
+const DOUBTFUL: f64 = 0.01;
+const SURE_BELOW: f64 = 1.0 / 16.0;
 
 impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
     /// One step towards `to`; the status if the call ends with it. A call that `is_short` of time is content with less.
@@ -89,7 +93,14 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let converged = (attempt.status == Status::Converged || unjudged) && stable;
         let passed = converged && self.presses_from_behind();
         let forces = self.forces();
-        if converged && !passed && !self.passes_a_fall(target, forces) {
+        let is_good = converged && !passed && !self.passes_a_fall(target, forces);
+        if is_good && self.lands_early(target) {
+            self.reject();
+            self.timeline.stop_predicting();
+            self.step = size.min(remaining.abs()) * T::of(0.5);
+            return None;
+        }
+        if is_good {
             self.drift = attempt.drift;
             self.factored.is_near |= attempt.iterations > 0;
             if untouched && attempt.iterations == 0 {
@@ -156,6 +167,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             self.phase = Phase::Folding { target, shift: T::of(FOLD_SHIFT), spent: 0 };
         }
         (outcome.iterations >= budget).then_some(Status::MaxIterations)
+    }
+
+    /// The step to the present state is long, and what comes into contact by it pulls by more than may be left in doubt.
+    fn lands_early(&self, target: T) -> bool {
+        let slip = &self.work.history.slip;
+        self.settings.resolves_contact
+            && slip.rubs()
+            && !slip.is_forced()
+            && (target - self.timeline.at()).abs() > T::of(SURE_BELOW) * self.max_step()
+            && slip.doubtful(self.work.contacts.rows()) > T::of(DOUBTFUL)
     }
 
     /// Newton iterations that a step of this size may take.

@@ -268,6 +268,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.allow_steps();
     }
 
+    /// Sets [`Settings::resolves_contact`].
+    pub fn resolve_contact(&mut self, resolves: bool) {
+        self.settings.resolves_contact = resolves;
+    }
+
     /// Takes an object and the motion between finger and object; the finger is at rest again.
     pub fn set_object(&mut self, object: impl Into<O>, motion: Motion) {
         self.object = object.into();

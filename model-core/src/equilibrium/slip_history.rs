@@ -3,7 +3,7 @@
 use std::boxed::Box;
 use std::vec::Vec;
 
-use super::Follower;
+use super::{Follower, Settings};
 use crate::design::ladder_80;
 use crate::discretise::{Discretisation, Physics};
 use crate::object::{Corners, Motion, ObjectDesign};
@@ -127,7 +127,12 @@ fn what_sticks_does_not_creep() {
 
 /// Force at the end of a way in even steps.
 fn closed<T: Real>(object: ObjectDesign, friction: f64, degrees: f64, steps: u32) -> [f64; 2] {
+    closed_by::<T>(Settings::DEFAULT, object, friction, degrees, steps)
+}
+
+fn closed_by<T: Real>(settings: Settings, object: ObjectDesign, friction: f64, degrees: f64, steps: u32) -> [f64; 2] {
     let mut follower = start::<T>(object, friction);
+    follower.set_settings(settings).expect("settings in range");
     for step in 0..=steps {
         to(&mut follower, degrees * f64::from(step) / f64::from(steps));
     }
@@ -152,4 +157,39 @@ fn a_first_contact_does_not_depend_on_the_steps() {
             }
         }
     }
+}
+
+/// A flat side that lands on a second place and sticks, in lists of one step and of many: the steps that matter are found, whatever is asked for.
+#[test]
+fn a_later_contact_does_not_depend_on_the_steps() {
+    let mut random = crate::random_designs::Random::new(5);
+    let resolving = Settings { resolves_contact: true, ..Settings::DEFAULT };
+    let (mut worst, mut sum, mut as_it_comes, mut count) = (0.0_f64, 0.0, 0.0_f64, 0);
+    for case in 0..20 {
+        let centre = [40.0 + 40.0 * random.unit(), 20.0 + 50.0 * random.unit()];
+        let turn = core::f64::consts::TAU * random.unit();
+        let (radius, corners) = (10.0 + 20.0 * random.unit(), 3 + (3.0 * random.unit()) as u32);
+        let corner = |k: u32| {
+            let (sin, cos) = (turn + core::f64::consts::TAU * f64::from(k) / f64::from(corners)).sin_cos();
+            [centre[0] + radius * cos, centre[1] + radius * sin]
+        };
+        let corners = Corners::new(&(0..corners).map(corner).collect::<Vec<_>>()).expect("room");
+        let object = ObjectDesign::Polygon { corners, rounding: 1.0 + 3.0 * random.unit() };
+        let mut open = start::<f64>(object, 0.0);
+        let meets = |degrees: &f64| open.follow(degrees.to_radians()).status != Status::NoContact;
+        let Some(first) = (0..400).map(|k| 0.1 * f64::from(k)).find(meets) else { continue };
+        for friction in [0.4, 1.2] {
+            let fine = closed::<f64>(object, friction, first + 6.0, 2000);
+            let apart = |found: [f64; 2]| (found[0] - fine[0]).hypot(found[1] - fine[1]) / fine[0].hypot(fine[1]);
+            as_it_comes = as_it_comes.max(apart(closed::<f64>(object, friction, first + 6.0, 1)));
+            for steps in [1, 100] {
+                let found = apart(closed_by::<f64>(resolving, object, friction, first + 6.0, steps));
+                std::println!("{case}, m {friction}, {steps} steps: {found:.5}");
+                (worst, sum, count) = (worst.max(found), sum + found, count + 1);
+            }
+        }
+    }
+    let mean = sum / f64::from(count);
+    std::println!("worst {worst:.5}, mean {mean:.5} of {count}; in one step as it comes {as_it_comes:.5}");
+    assert!(worst < 0.01 && mean < 1e-3 && as_it_comes > 0.02 && count > 60, "{worst} {mean} {as_it_comes} {count}");
 }

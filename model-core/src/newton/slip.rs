@@ -87,7 +87,7 @@ impl<T: Real, S: Size> Slip<T, S> {
     }
 
     /// Everything that touches slips one way.
-    fn is_forced(&self) -> bool {
+    pub(crate) fn is_forced(&self) -> bool {
         self.forced != ContactState::Open
     }
 
@@ -137,6 +137,20 @@ impl<T: Real, S: Size> Slip<T, S> {
     fn before(&self, sample: u16) -> T {
         let touching = self.touching.as_ref().iter().zip(self.tangential.as_ref()).take(usize::from(self.count));
         touching.filter(|(place, _)| **place == sample).fold(T::ZERO, |_, (_, &tangential)| tangential)
+    }
+
+    /// Σ|τ| of what did not touch in the accepted state, as a part of Σμ: its slip counts from there, with the way before it touched.
+    #[inline(never)]
+    pub(crate) fn doubtful(&self, rows: &[Row<T>]) -> T {
+        let touched = self.touching.as_ref().get(..usize::from(self.count)).unwrap_or(&[]);
+        let (mut new, mut all) = (T::ZERO, T::ZERO);
+        for [tangent, normal] in rows.as_chunks::<2>().0 {
+            all += normal.multiplier;
+            if !touched.contains(&tangent.sample) {
+                new += tangent.multiplier.abs();
+            }
+        }
+        if all > T::ZERO { new / all } else { T::ZERO }
     }
 }
 

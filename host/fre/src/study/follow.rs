@@ -9,7 +9,7 @@ use model_core::size::Size;
 
 use crate::study::model::Options;
 
-/// A follower of a finger against an object, before its start.
+/// A follower of a finger against an object, before its start. There is time enough for every contact to be found where it begins.
 ///
 /// # Errors
 /// If the finger cannot be discretised as asked.
@@ -22,6 +22,7 @@ pub fn follower<T: Real, S: Size>(
     let mut follower = <Follower<T, S>>::EMPTY;
     follower.configure(design, &options.discretisation)?;
     follower.set_hessian(options.hessian);
+    follower.resolve_contact(true);
     follower.set_object(object, motion);
     Ok(follower)
 }
