@@ -102,17 +102,18 @@ impl<T: Real, S: Size> Estimator<T, S> {
             // The finger has moved on.
             rub.turn = Turn::Slip;
         }
-        let angle = SHORT_ANGLE * rub.path.way().sign();
+        let angle = SHORT_ANGLE * rub.path.way().sign() * if rub.turn == Turn::Back { -1.0 } else { 1.0 };
         let unit = |on: Turn| if rub.turn == on { T::of(SHORT_SHIFT) } else { T::ZERO };
         let shift = [unit(Turn::CentreX), unit(Turn::CentreY)];
-        let along = if rub.turn == Turn::Angle { T::of(angle * self.ratio) } else { T::ZERO };
+        let turns = matches!(rub.turn, Turn::Angle | Turn::Back);
+        let along = if turns { T::of(angle * self.ratio) } else { T::ZERO };
         let moved = Moved { shift, ..Moved::NONE };
         // An object that is elsewhere has been there all along, so that it has not been shifted: what slips goes on slipping, and what sticks
         // is compared with the same shift of what slips, whose first iterations are from the same place.
-        let forced = (rub.turn != Turn::Angle).then_some(way);
+        let forced = (!turns).then_some(way);
         let found = self.follower.peek(Aside { along, moved, forced }, is_short);
         let Some(found) = found.map(|found| self.taken(found)) else { return 1 };
-        let from = if rub.turn == Turn::Angle { rub.reading } else { base.map_or(rub.reading, |base| base.reading) };
+        let from = if turns { rub.reading } else { base.map_or(rub.reading, |base| base.reading) };
         let change = found.plus(-1.0, &from);
         let size = rub.reading.force.map(f64::from);
         let length = libm::hypot(size[0], size[1]);
@@ -124,7 +125,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
             Turn::Angle => {
                 rub.per_angle = NOTHING.plus((1.0 / angle) as f32, &change);
                 self.slopes = Slopes { angle: along(&change, angle), ..self.slopes };
-                (rub.has_angle, rub.turn) = (true, Turn::Slip);
+                (rub.has_angle, rub.turn) = (true, Turn::Back);
+            }
+            Turn::Back => {
+                rub.per_angle_back = NOTHING.plus((1.0 / angle) as f32, &change);
+                (rub.has_back, rub.turn) = (true, Turn::Slip);
             }
             Turn::Slip => (rub.slipping, rub.turn) = (Some(End { at: rub.place, reading: found }), Turn::CentreX),
             Turn::CentreX => {

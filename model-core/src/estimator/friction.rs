@@ -23,6 +23,8 @@ pub(super) struct Rub {
     shown: Reading<f32>,
     /// Derivatives of them with the motor angle, per rad.
     pub per_angle: Reading<f32>,
+    /// The same where the motion turns round, so that what slips sticks.
+    pub per_angle_back: Reading<f32>,
     /// The forces if everything slipped as while closing, and as while opening, where that is known.
     closing: Option<End>,
     opening: Option<End>,
@@ -32,8 +34,9 @@ pub(super) struct Rub {
     pub turn: Turn,
     /// The place has moved since the derivatives were begun.
     pub moved: bool,
-    /// Derivatives that are known: with the angle, and with the object's place.
+    /// Derivatives that are known: with the angle, with the angle back, and with the object's place.
     pub has_angle: bool,
+    pub has_back: bool,
     pub has_centre: bool,
 }
 
@@ -48,6 +51,7 @@ pub(super) struct End {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Turn {
     Angle,
+    Back,
     Slip,
     CentreX,
     CentreY,
@@ -74,12 +78,14 @@ impl Rub {
         reading: NOTHING,
         shown: NOTHING,
         per_angle: NOTHING,
+        per_angle_back: NOTHING,
         closing: None,
         opening: None,
         slipping: None,
         turn: Turn::Angle,
         moved: false,
         has_angle: false,
+        has_back: false,
         has_centre: false,
     };
 
@@ -118,12 +124,24 @@ impl Rub {
 impl<T: Real, S: Size> Estimator<T, S> {
     /// Where a finger is to go that moves with its object, rad.
     pub(super) fn lead_path(&mut self, motor_angle: f64) -> f64 {
-        self.follow_path(motor_angle);
+        self.follow_history(motor_angle);
         self.rub().path.front(self.slack().0)
     }
 
-    /// Where friction's history is at a measured angle, rad.
+    /// Where a finger is to go at a measured angle, rad: where friction's history is.
     pub(super) fn follow_path(&mut self, motor_angle: f64) -> f64 {
+        let mut rub = self.rub();
+        if self.follower.has_equilibrium()
+            && self.follower.solution().touching() == 0
+            && let Some(at) = rub.path.follow_open(motor_angle)
+        {
+            self.keep(rub);
+            return at;
+        }
+        self.follow_history(motor_angle)
+    }
+
+    fn follow_history(&mut self, motor_angle: f64) -> f64 {
         let (play, backlash) = self.slack();
         let mut rub = self.rub();
         // Where it turns round, the angle was ahead of the history by the play.
@@ -195,7 +213,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let came = rub.path.at() - rub.place;
         if came.abs() > 2.0 * SHORT_WAY {
             // The forces may have changed otherwise on the way.
-            (rub.has_angle, rub.turn) = (false, Turn::Angle);
+            (rub.has_angle, rub.has_back, rub.turn) = (false, false, Turn::Angle);
         } else if rub.has_angle && !free && came * rub.path.way().sign() > SHORTEST_WAY {
             // On a way that goes on the forces themselves say how they change.
             rub.per_angle = NOTHING.plus((1.0 / came) as f32, &reading.plus(-1.0, &rub.reading));
@@ -218,7 +236,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// The finger has jumped: its forces change otherwise than they did.
     pub(super) fn jumped(&mut self) {
         let rub = self.rub();
-        self.keep(Rub { has_angle: false, turn: Turn::Angle, ..rub });
+        self.keep(Rub { has_angle: false, has_back: false, turn: Turn::Angle, ..rub });
     }
 
     /// The forces are those of the measured angle: of the finger's place, or moved along from there.
@@ -236,14 +254,21 @@ impl<T: Real, S: Size> Estimator<T, S> {
         // Where it turned round the finger may be still, as it was.
         let (play, backlash) = self.slack();
         let turned = rub.path.turned(backlash).copied();
-        // A motion from an unknown past may have begun anywhere within the play.
-        let lag = if rub.path.supposed && rub.has_angle { play as f32 } else { 0.0 };
+        // A motion from an unknown past, or one that has just turned round, may have begun anywhere within the play.
+        let lag = if (rub.path.supposed || turned.is_some()) && rub.has_angle { play as f32 } else { 0.0 };
         let [behind, ahead] = [-lag, lag].map(|lag| [one, other].map(|end| end.plus(lag, &rub.per_angle)));
+        // Within the play it may have turned round as well: the finger has stayed at the motion's front, or gone back from there.
+        let short = if free { 0.0 } else { rub.path.short_of_front(play) as f32 };
+        let stayed = if rub.has_angle { one.plus(short, &rub.per_angle) } else { one };
+        let back = if rub.has_back { stayed.plus(-short, &rub.per_angle_back) } else { one };
         let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
         // The middle of what may be: of a past that is known, what is.
         rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
-        estimate.interval = ends.map(|_| Interval::over(&one, &others).with(estimate.force, estimate.torque));
+        estimate.interval = ends.map(|_| {
+            let interval = Interval::over(&one, &others).with(estimate.force, estimate.torque);
+            interval.up_to(&stayed).up_to(&back)
+        });
         estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;

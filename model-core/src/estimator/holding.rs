@@ -21,6 +21,18 @@ fn estimator<T: Real>(coefficient: f64, height: f64) -> Box<Estimator<T, Rubbing
     estimator
 }
 
+/// A finger that goes where it is asked to, open at −1°.
+fn finger(coefficient: f64, height: f64) -> Box<Follower<f64, Rubbing>> {
+    let mut follower: Box<Follower<f64, Rubbing>> = Box::new(Follower::EMPTY);
+    let design = crate::design::ladder_80();
+    follower.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+    let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
+    follower.set_object(object, crate::object::Motion::Rotating { axis: design.motor_axis });
+    follower.set_friction(coefficient).expect("in range");
+    assert!(follower.start(-DEGREE));
+    follower
+}
+
 /// A normal number.
 fn normal(random: &mut Random) -> f64 {
     let (u, v) = (random.unit().max(1e-12), random.unit());
@@ -36,13 +48,7 @@ fn held<T: Real>(coefficient: f64, height: f64, quantisation: f32, ticks: usize)
     let mut measure = |angle: f64| libm::round((angle + 0.03 * DEGREE * normal(&mut random)) / COUNT) * COUNT;
     let last = 8.0 * DEGREE;
     let (mut sums, mut exact) = ([0.0; 2], 0.0);
-    let mut follower: Box<Follower<f64, Rubbing>> = Box::new(Follower::EMPTY);
-    let design = crate::design::ladder_80();
-    follower.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
-    let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
-    follower.set_object(object, crate::object::Motion::Rotating { axis: design.motor_axis });
-    follower.set_friction(coefficient).expect("in range");
-    assert!(follower.start(0.0));
+    let mut follower = finger(coefficient, height);
     for tick in 0..200 + ticks {
         let angle = (0.04 * DEGREE * f64::from(tick as u32)).min(last) - if tick < 3 { 0.2 * DEGREE } else { 0.0 };
         if (3..202).contains(&tick) {
@@ -226,6 +232,68 @@ fn what_makes_the_past_unknown() {
     go(&mut estimator, -1.0, 8.0);
     estimator.set_object(ObjectDesign::Circle { centre: [41.0, 45.0], radius: 39.9 }).expect("a valid object");
     assert!(rest(&mut estimator, 8.0).status.is_trustworthy() && width(&estimator) > 0.5);
+}
+
+/// A reversal that is shorter than the play has not been seen: the finger may have followed, or stayed. Where it is longer, the play has put off
+/// its beginning.
+#[test]
+fn a_reversal_within_the_play_is_an_interval() {
+    for (coefficient, height) in [(0.3, 45.0), (0.6, 45.0), (1.0, 30.0), (0.6, 60.0)] {
+        let mut estimator = estimator::<f32>(coefficient, height);
+        let mut finger = followed_to(coefficient, height, 8.0);
+        go(&mut estimator, -1.0, 8.0);
+        let turned = rest(&mut estimator, 8.0);
+        let interval = estimator.interval().expect("an interval");
+        assert!(interval.magnitude[1] - interval.magnitude[0] < 0.01 * turned.force_magnitude(), "{interval:?}");
+        for back in [0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5] {
+            go(&mut estimator, 8.0 - back + 0.05, 8.0 - back);
+            let estimate = rest(&mut estimator, 8.0 - back);
+            assert!(finger.follow((8.0 - back) * DEGREE).status.is_trustworthy());
+            let truth = finger.solution().reading();
+            let truth = Reading {
+                force: truth.force.map(|part| part as f32),
+                normal: truth.normal as f32,
+                torque: truth.torque as f32,
+            };
+            let interval = estimator.interval().expect("an interval");
+            assert!(within(&interval, &truth, 0.01), "m {coefficient}, {height} mm, {back}°: {interval:?} {truth:?}");
+            assert!(interval.magnitude[1] > 0.999 * turned.force_magnitude(), "{back}°: {interval:?}, {turned:?}");
+            let apart = estimate.force_magnitude() - libm::hypotf(truth.force[0], truth.force[1]);
+            assert!(apart.abs() < 3.0 * estimate.standard_deviation, "{back}°: {apart} {estimate:?}");
+        }
+    }
+}
+
+/// An open hand has no past: where it comes into contact is found without the play, and what follows is that of a finger that has come the same way.
+#[test]
+fn an_open_hand_meets_an_object_at_once() {
+    for (coefficient, height) in [(0.3, 45.0), (1.0, 30.0)] {
+        let (mut estimator, mut finger) = (estimator::<f64>(coefficient, height), finger(coefficient, height));
+        let mut seen = 0;
+        for tick in 0..400 {
+            let angle = (-1.0 + 0.02 * f64::from(tick)) * DEGREE;
+            let estimate = estimator.update(angle);
+            let truth = finger.follow(angle);
+            let force = finger.solution().force_world();
+            let size = libm::hypot(force[0], force[1]);
+            assert_eq!(estimate.force == [0.0; 2], truth.status == Status::NoContact, "{tick}: {estimate:?}");
+            if (1e-9..0.5).contains(&size) {
+                let apart = (f64::from(estimate.force_magnitude()) - size).abs();
+                assert!(apart < 0.005, "{apart} of {size} N at {}°", angle / DEGREE);
+                seen += 1;
+            }
+        }
+        assert!(seen > 3, "{seen}");
+    }
+}
+
+/// A finger that has closed to an angle, degrees.
+fn followed_to(coefficient: f64, height: f64, degrees: f64) -> Box<Follower<f64, Rubbing>> {
+    let mut follower = finger(coefficient, height);
+    for k in 0..=800 {
+        assert!(follower.follow((-1.0 + (degrees + 1.0) * f64::from(k) / 800.0) * DEGREE).status.is_trustworthy());
+    }
+    follower
 }
 
 /// A reversal that is shorter than the backlash may not have reached the finger.

@@ -37,6 +37,13 @@ impl Interval {
         self
     }
 
+    /// With a reading near to those that it is over, so that friction does not vanish between them.
+    #[inline(never)]
+    pub(super) fn up_to(mut self, near: &Reading<f32>) -> Self {
+        take(&mut self.normal, near.normal);
+        self.with(near.force, near.torque)
+    }
+
     /// The forces times what lies between two parts, the lesser first and at least zero.
     #[inline(never)]
     pub(super) fn times(self, [low, high]: [f32; 2]) -> Self {

@@ -8,6 +8,7 @@
 //! |---|---|
 //! | the way since the hand was open | where it leads |
 //! | that it turned round by less than the backlash: the finger may have stayed | between there and where it turned |
+//! | that it went back within the play: it may have turned round | between where the motion's front is and where what sticks would go back from there |
 //! | nothing: the object was set while held, ticks were lost | between closing slip and opening slip |
 //! | nothing, and a motion since | between slip that way and the past that it takes longest to forget, until that slips as well |
 
@@ -107,6 +108,19 @@ impl Path {
         to
     }
 
+    /// Takes the measured angle of an open hand, rad, which has no history and so no play: where it touches first is not found too late.
+    pub fn follow_open(&mut self, measured: f64) -> Option<f64> {
+        let [.., last] = self.measured;
+        if !self.begun || (measured - last).abs() > LEAP {
+            return None;
+        }
+        if measured != self.at {
+            self.opens = measured < self.at;
+        }
+        (self.measured, self.before, self.at, self.leads) = ([measured; LAST], self.at, measured, false);
+        Some(measured)
+    }
+
     /// Where friction's history is, rad.
     pub fn at(&self) -> f64 {
         self.at
@@ -126,6 +140,12 @@ impl Path {
     /// finger that moves with an object, whose force is not to be corrected for the play afterwards.
     pub fn front(&self, play: f64) -> f64 {
         if self.leads { self.at + self.way().sign() * play } else { self.at }
+    }
+
+    /// From the measured angle to the front of the motion, rad, where it has gone back from there.
+    pub fn short_of_front(&self, play: f64) -> f64 {
+        let short = -self.ahead_of(self.front(play));
+        if self.leads && short * self.way().sign() > 0.0 { short } else { 0.0 }
     }
 
     /// How far the measured angle is from a place, rad.
