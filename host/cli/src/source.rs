@@ -11,7 +11,6 @@ use crate::exit::tell;
 use crate::options::ModelArgs;
 use crate::output::{reads, reads_case};
 use crate::standard;
-use fre::drive::fits_finger;
 use fre::files::{FileError, Files};
 use fre_gripper::bus::{Bus, BusAddress, BusOptions};
 use fre_gripper::link::{Address, Ends, Lasting, ports, set};
@@ -151,15 +150,9 @@ impl SourceArgs {
         let left = self.uncertainty.iter().map(|path| uncertainty(path)).collect::<Result<Vec<_>, _>>()?;
         let cases = self.case.iter().map(|path| standard::case(path));
         let cases = cases.collect::<Result<Vec<_>, _>>()?;
-        for (number, mount) in settings.fingers.iter().enumerate() {
-            // Servos that nobody has named are mounted as the first.
-            let mount = mount.or(settings.fingers[0].filter(|_| !names_servos));
-            let place = number.min(cases.len().saturating_sub(1));
-            if let (Some(mount), Some(case)) = (mount, cases.get(place)) {
-                fits_finger(&case.path.motion, &mount.drive, number)
-                    .map_err(|why| format!("{}: {why}", standard::name(&self.case[place])))?;
-            }
-        }
+        let motions: Vec<_> = cases.iter().map(|case| case.path.motion).collect();
+        BusOptions::check_motions(&settings, names_servos, &motions)
+            .map_err(|(place, why)| format!("{}: {why}", standard::name(&self.case[place])))?;
         // The last of either stands for those behind it.
         let model = |number: usize| {
             let case = cases.get(number).or(cases.last())?;

@@ -1,6 +1,5 @@
 //! Servos on a bus of this PC, estimated here; they are only read.
 
-use fre::drive::fits_finger;
 use fre_gripper::bus::{Bus as Core, BusAddress, BusOptions};
 use fre_gripper::link::set;
 use fre_gripper::source::{Modelled, Source as _, WAITING};
@@ -37,13 +36,8 @@ impl Bus {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
         let names_servos = settings.iter().any(|(key, _)| key.ends_with(".servo_id"));
-        for (number, mount) in all.fingers.iter().enumerate() {
-            // Servos that nobody has named are mounted as the first.
-            let mount = mount.or(all.fingers[0].filter(|_| !names_servos));
-            if let (Some(mount), Some(case)) = (mount, cases.get(number).or(cases.last())) {
-                fits_finger(&case.case.path.motion, &mount.drive, number).map_err(value)?;
-            }
-        }
+        let motions: Vec<_> = cases.iter().map(|case| case.case.path.motion).collect();
+        BusOptions::check_motions(&all, names_servos, &motions).map_err(|(_, why)| value(why))?;
         let model = |case: &PyRef<'_, Case>| Modelled {
             finger: Some(
                 Finger::elastic(case.case.finger.design.clone(), options.discretisation)
