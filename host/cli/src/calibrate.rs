@@ -59,6 +59,8 @@ pub struct Args {
     #[arg(long, value_name = "N", value_parser = positive, help = force_help(" "), long_help = force_help("\n\n"))]
     force_sd_n: Option<f64>,
     /// Standard deviation of a measured motor torque, N·mm; default: left out
+    ///
+    /// Along a --plan torques are then read instead of forces, or beside them if --force-sd-n is given as well.
     #[arg(long, value_name = "NMM", value_parser = positive)]
     torque_sd_nmm: Option<f64>,
     /// Standard deviation of a measured angle, degrees
