@@ -9,7 +9,7 @@ use super::finger::Finger;
 use super::finger_file::{preset, read_finger};
 use super::keys::{self, CaseFile, FingerEntry};
 use super::motion::Path as MotionPath;
-use super::preset::PRESETS;
+use super::preset::no_such_preset;
 use super::source::{Source, Table};
 use super::{check, finger, motion, object};
 
@@ -108,10 +108,7 @@ impl Case {
 /// The preset or finger file that a case names.
 fn named_finger(root: &Table<'_>, word: &str, folder: Option<&Path>) -> Result<Finger, CaseError> {
     if let Some(name) = word.strip_prefix("preset:") {
-        return preset(name).unwrap_or_else(|| {
-            let names: Vec<String> = PRESETS.iter().map(|name| format!("\"preset:{name}\"")).collect();
-            Err(root.refuse("finger", format!("there is no such preset; allowed is {}", names.join(", "))))
-        });
+        return preset(name).unwrap_or_else(|| Err(root.refuse("finger", no_such_preset())));
     }
     read_finger(&folder.unwrap_or(Path::new("")).join(word)).map_err(|error| match error {
         CaseError::Unreadable { file, reason } => {

@@ -137,7 +137,7 @@ fn unknown_presets_and_absent_finger_files_are_refused() {
     snapbox::assert_data_eq!(
         message,
         snapbox::str![[
-            r#"case.toml:1: finger = "preset:ladder": there is no such preset; allowed is "preset:ladder-80", "preset:fea-80", "preset:dhas-80", "preset:umi", "preset:vekkax", "preset:hamburg-80""#
+            r#"case.toml:1: finger = "preset:ladder": there is no such preset; allowed are "preset:ladder-80", "preset:fea-80", "preset:dhas-80", "preset:umi", "preset:vekkax", "preset:hamburg-80""#
         ]]
     );
     let message = case("finger = \"absent.toml\"").unwrap_err().to_string();
