@@ -123,6 +123,12 @@ pub trait Size: 'static {
     type Rows<X: Blank>: Storage<X>;
     /// Number of contact rows; with friction a sample takes two.
     const CONTACTS: usize;
+    /// How far the rows of a matrix of pairs are apart where there are so many: as far as the room of an array says; on a heap no further
+    /// than is needed.
+    fn stride(rows: usize) -> usize {
+        let _ = rows;
+        Self::CONTACTS
+    }
     /// There is room for what friction remembers.
     const RUBS: bool;
     /// Per node, if there is friction.

@@ -30,46 +30,33 @@ impl<X: Blank> Storage<X> for Heap<X> {
     }
 }
 
-/// A size with room for any number of elements and so many samples that touch at the same time.
-macro_rules! size {
-    ($(#[$doc:meta])* $name:ident, $contacts:literal) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug)]
-        pub struct $name;
+/// Room for any number of elements; 720 contact rows: a front beam of 170 elements with four samples each that touches everywhere. With
+/// friction, and in a derivative, a sample takes two.
+#[derive(Clone, Copy, Debug)]
+pub struct Host;
 
-        impl Size for $name {
-            type Nodes<X: Blank> = Heap<X>;
-            type Members<X: Blank> = Heap<X>;
-            type Cells<X: Blank> = Heap<X>;
-            type Unknowns<X: Blank> = Heap<X>;
-            type Samples<X: Blank> = Heap<X>;
-            type Contacts<X: Blank> = Heap<X>;
-            type Pairs<X: Blank> = Heap<X>;
-            type Rows<X: Blank> = Heap<X>;
-            const CONTACTS: usize = $contacts;
-            const RUBS: bool = true;
-            type SlipNodes<X: Blank> = Heap<X>;
-            type SlipCells<X: Blank> = Heap<X>;
-            type SlipContacts<X: Blank> = Heap<X>;
-            type SlipOnce<X: Blank> = Heap<X>;
-            const TERMS: usize = PRONY_TERMS;
-            type Terms<X: Blank> = [X; PRONY_TERMS];
-            type Past<X: Blank> = Heap<X>;
-        }
-    };
+impl Size for Host {
+    type Nodes<X: Blank> = Heap<X>;
+    type Members<X: Blank> = Heap<X>;
+    type Cells<X: Blank> = Heap<X>;
+    type Unknowns<X: Blank> = Heap<X>;
+    type Samples<X: Blank> = Heap<X>;
+    type Contacts<X: Blank> = Heap<X>;
+    type Pairs<X: Blank> = Heap<X>;
+    type Rows<X: Blank> = Heap<X>;
+    const CONTACTS: usize = 720;
+    fn stride(rows: usize) -> usize {
+        rows
+    }
+    const RUBS: bool = true;
+    type SlipNodes<X: Blank> = Heap<X>;
+    type SlipCells<X: Blank> = Heap<X>;
+    type SlipContacts<X: Blank> = Heap<X>;
+    type SlipOnce<X: Blank> = Heap<X>;
+    const TERMS: usize = PRONY_TERMS;
+    type Terms<X: Blank> = [X; PRONY_TERMS];
+    type Past<X: Blank> = Heap<X>;
 }
-
-size!(
-    /// Room for any number of elements; up to 128 samples touch at the same time.
-    Host,
-    128
-);
-size!(
-    /// As [`Host`], with room for 720 touching samples: a front beam of 170 elements with four samples each that touches
-    /// everywhere; derivatives, which need two rows each, for 360. A matrix of contact pairs takes 4 MB.
-    Wide,
-    720
-);
 
 #[cfg(test)]
 mod tests {

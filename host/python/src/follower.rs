@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use fre::heap::Host;
 use fre::study::branch::next_branch;
 use fre::study::json::Row;
 use fre::study::model::{Model, Precision};
@@ -17,8 +16,8 @@ use crate::error::{case_error, of_discretise, value};
 use crate::options::Words;
 
 enum Walking {
-    Single(Box<Walk<f32, Host>>),
-    Double(Box<Walk<f64, Host>>),
+    Single(Box<Walk<f32>>),
+    Double(Box<Walk<f64>>),
 }
 
 /// A follower of a case.

@@ -39,6 +39,8 @@ pub(crate) struct Border<T: Real, S: Size> {
     pub own: S::Contacts<Own<T>>,
     /// D = −Z + Qᵀ KKT⁻¹ Q, mm/N, row by row; symmetric.
     pub flexibility: S::Pairs<T>,
+    /// How many rows it was made for.
+    rows: usize,
 }
 
 /// The condensed residual with its sign changed: what the increments are to take away.
@@ -65,14 +67,23 @@ impl<T: Real, S: Size> Border<T, S> {
         through: Through::EMPTY,
         own: <S::Contacts<Own<T>> as Storage<Own<T>>>::EMPTY,
         flexibility: <S::Pairs<T> as Storage<T>>::EMPTY,
+        rows: 0,
     };
 
     /// Makes room for a model; false if there is none.
     pub fn fit(&mut self, model: &Model<T, S>) -> bool {
-        self.columns.fit(S::CONTACTS * model.unknowns())
-            && self.through.fit(model)
-            && self.own.fit(S::CONTACTS)
-            && self.flexibility.fit(S::CONTACTS * S::CONTACTS)
+        self.fit_rows(model, 0) && self.through.fit(model) && self.own.fit(S::CONTACTS)
+    }
+
+    /// Makes room for so many rows; an array has it since it was fitted to the model.
+    fn fit_rows(&mut self, model: &Model<T, S>, rows: usize) -> bool {
+        let stride = S::stride(rows);
+        self.columns.fit(stride * model.unknowns()) && self.flexibility.fit(stride * stride)
+    }
+
+    /// How far the rows of D are apart.
+    pub fn stride(&self) -> usize {
+        S::stride(self.rows)
     }
 
     /// Borders a factorisation by the contact rows (31): columns, D and the rows' right-hand sides b. `room` is for a solution on the
@@ -84,6 +95,10 @@ impl<T: Real, S: Size> Border<T, S> {
         right: &mut Right<T, S>,
         room: &mut [T],
     ) {
+        self.rows = at.contacts.count;
+        if !self.fit_rows(at.model, self.rows) {
+            return;
+        }
         self.through.begin(at.model);
         let (mut span_start, mut cell) = (0, usize::MAX);
         for (j, row) in at.contacts.rows().iter().enumerate() {
@@ -197,7 +212,8 @@ impl<T: Real, S: Size> Border<T, S> {
         }
         let mut swept = [T::ZERO; 2];
         let mut passed = 0;
-        let entries = self.flexibility.as_mut().get_mut(j * S::CONTACTS..)?.get_mut(span_start..=j)?;
+        let stride = self.stride();
+        let entries = self.flexibility.as_mut().get_mut(j * stride..)?.get_mut(span_start..=j)?;
         let rows = contacts.rows.as_ref().get(span_start..=j)?.iter().zip(self.own.as_ref().get(span_start..=j)?);
         for ((other, own), entry) in rows.zip(entries) {
             let lower = &other.place;
@@ -240,11 +256,11 @@ impl<T: Real, S: Size> Border<T, S> {
         (ends, residual): ([T; 2], T),
     ) {
         let Evaluated { model, contacts, .. } = at;
-        let n = model.unknowns();
+        let (n, stride) = (model.unknowns(), self.stride());
         let (Some(row), Some(own)) = (contacts.rows.as_ref().get(j), self.own.as_mut().get_mut(j)) else { return };
         let (Some(column), Some(entries), Some(member)) = (
             self.columns.as_mut().get_mut(j * n..(j + 1) * n),
-            self.flexibility.as_mut().get_mut(j * S::CONTACTS..(j + 1) * S::CONTACTS),
+            self.flexibility.as_mut().get_mut(j * stride..(j + 1) * stride),
             model.member(cell_of(row)),
         ) else {
             return;
@@ -275,7 +291,7 @@ impl<T: Real, S: Size> Border<T, S> {
     /// D = −Z + Qᵀ KKT⁻¹ Q, b = r_μ − Qᵀ KKT⁻¹ r.
     fn complete(&mut self, at: Evaluated<'_, T, S>, kkt: &Factorisation<T, S>, right: &mut Right<T, S>) {
         let Evaluated { model, contacts, .. } = at;
-        let (n, rows) = (model.unknowns(), contacts.rows());
+        let (n, stride, rows) = (model.unknowns(), self.stride(), contacts.rows());
         if n == 0 {
             return;
         }
@@ -296,7 +312,7 @@ impl<T: Real, S: Size> Border<T, S> {
             let (j, start) = (end - count, shared(model, span));
             let (Some((columns, above)), Some((entries, entries_above)), Some(rights)) = (
                 columns.get_mut(j * n..).and_then(|columns| columns.split_at_mut_checked(count * n)),
-                flexibility.get_mut(j * S::CONTACTS..).and_then(|rows| rows.split_at_mut_checked(count * S::CONTACTS)),
+                flexibility.get_mut(j * stride..).and_then(|rows| rows.split_at_mut_checked(count * stride)),
                 right.rows.as_mut().get_mut(j..end),
             ) else {
                 return;
@@ -325,11 +341,11 @@ impl<T: Real, S: Size> Border<T, S> {
             let [[own, across], [_, next_own]] = products(pair, column, next);
             entries.add(j, own);
             if count == 2 {
-                entries.add(S::CONTACTS + j, across);
-                entries.put(j + 1, entries.at(S::CONTACTS + j));
-                entries.add(S::CONTACTS + j + 1, next_own);
+                entries.add(stride + j, across);
+                entries.put(j + 1, entries.at(stride + j));
+                entries.add(stride + j + 1, next_own);
             }
-            let pairs_above = above.chunks((2 * n).max(1)).zip(entries_above.chunks_mut(2 * S::CONTACTS));
+            let pairs_above = above.chunks((2 * n).max(1)).zip(entries_above.chunks_mut(2 * stride));
             for (k, (columns, entries_above)) in (end..).step_by(2).zip(pairs_above) {
                 let (first, second) = columns.split_at_checked(n).unwrap_or_default();
                 let second = if second.is_empty() { first } else { second };
@@ -337,8 +353,8 @@ impl<T: Real, S: Size> Border<T, S> {
                 let products = products(pair, first, second);
                 for (i, products) in products.iter().enumerate().take(count) {
                     for (l, &product) in products.iter().enumerate().take(if columns.len() > n { 2 } else { 1 }) {
-                        entries_above.add(l * S::CONTACTS + j + i, product);
-                        entries.put(i * S::CONTACTS + k + l, entries_above.at(l * S::CONTACTS + j + i));
+                        entries_above.add(l * stride + j + i, product);
+                        entries.put(i * stride + k + l, entries_above.at(l * stride + j + i));
                     }
                 }
             }

@@ -45,11 +45,16 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
     pub fn fit(&mut self) -> bool {
         self.delta.fit(S::CONTACTS)
             && self.states.fit(S::CONTACTS)
-            && self.factored.fit(S::CONTACTS * S::CONTACTS)
+            && self.fit_rows(S::stride(0))
             && self.order.fit(S::CONTACTS)
             && self.listed.fit(S::CONTACTS)
             && self.scratch.fit(S::CONTACTS)
             && self.spare.fit(S::CONTACTS)
+    }
+
+    /// Makes room for a factor whose rows are so far apart; an array has it since it was fitted.
+    pub fn fit_rows(&mut self, stride: usize) -> bool {
+        self.factored.fit(stride * stride)
     }
 
     /// D is another one: no factor of it is known.
@@ -65,9 +70,12 @@ impl<T: Real, S: Size> ContactSolution<T, S> {
         contacts: &Contacts<T, S>,
         slip: &Slip<T, S>,
     ) -> Settled {
+        let stride = border.stride();
+        // A heap has the room.
+        let _ = self.fit_rows(stride);
         let mut problem = Problem {
             flexibility: border.flexibility.as_ref(),
-            stride: S::CONTACTS,
+            stride,
             rhs: right.rows.as_ref(),
             rows: contacts.rows.as_ref(),
             tolerance: T::TOLERANCE.length * T::of(0.1),

@@ -234,17 +234,13 @@ fn settle<T: Real, S: Size>(Parts { work, factored, .. }: &mut Parts<'_, T, S>, 
     for (place, row) in work.solution.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
         *place = row as u16;
     }
+    let stride = S::stride(layout.rows());
+    // A heap has the room.
+    let _ = work.solution.fit_rows(stride);
     let (from, rows, listed) =
         (factored.border.flexibility.as_ref(), work.contacts.count, work.solution.listed.as_ref());
     let place = |i: usize| usize::from(listed.at(i));
-    symmetric::factorise_from(
-        from,
-        work.solution.factored.as_mut(),
-        rows,
-        S::CONTACTS,
-        work.solution.order.as_mut(),
-        place,
-    );
+    symmetric::factorise_from(from, work.solution.factored.as_mut(), rows, stride, work.solution.order.as_mut(), place);
 }
 
 /// Solves for the change of the state, per unit of a parameter, where the residuals in the workspace are their own derivatives: into
@@ -259,7 +255,14 @@ pub(super) fn velocity<T: Real, S: Size>(
         *into = row;
     }
     let (x, y) = (solution.delta.as_mut(), solution.spare.as_mut());
-    symmetric::solve(solution.factored.as_ref(), layout.rows(), S::CONTACTS, solution.order.as_ref(), x, y);
+    symmetric::solve(
+        solution.factored.as_ref(),
+        layout.rows(),
+        S::stride(layout.rows()),
+        solution.order.as_ref(),
+        x,
+        y,
+    );
     let delta = solution.delta.as_ref();
     increment.find(Evaluated { model, kinematics, contacts }, &factored.kkt, &factored.border, right, delta);
     for (into, &angle) in velocity.angle.as_mut().iter_mut().zip(increment.angle.as_ref()).take(model.node_count) {
@@ -344,7 +347,14 @@ fn respond_scaled<T: Real, S: Size>(
         }
     }
     let (x, y) = (work.solution.delta.as_mut(), work.solution.spare.as_mut());
-    symmetric::solve(work.solution.factored.as_ref(), layout.rows(), S::CONTACTS, work.solution.order.as_ref(), x, y);
+    symmetric::solve(
+        work.solution.factored.as_ref(),
+        layout.rows(),
+        S::stride(layout.rows()),
+        work.solution.order.as_ref(),
+        x,
+        y,
+    );
 
     let zero = [T::ZERO; 2];
     let mut response =

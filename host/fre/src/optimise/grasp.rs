@@ -9,7 +9,7 @@ use model_core::size::Size;
 use model_core::status::Status;
 
 use crate::case::Case;
-use crate::heap::{Host, Wide};
+use crate::heap::Host;
 use crate::study::follow::follower;
 use crate::study::model::{Options, Precision};
 use crate::study::run::MOST_ITERATIONS;
@@ -101,20 +101,16 @@ impl Grasp {
     }
 }
 
-/// Begins again with more room if more samples touch than usual.
 fn solve<T: Real>(case: &Case, options: &Options, wanted: Wanted<'_>) -> Result<Grasp, DiscretiseError> {
-    match walk::<T, Host>(case, options, wanted)? {
-        Some(grasp) => Ok(grasp),
-        None => Ok(walk::<T, Wide>(case, options, wanted)?.unwrap_or_else(|| Grasp {
-            design: case.finger.design.clone(),
-            places: case.path.places.iter().map(|&at| (at, None)).collect(),
-            snap: None,
-        })),
-    }
+    Ok(walk::<T>(case, options, wanted)?.unwrap_or_else(|| Grasp {
+        design: case.finger.design.clone(),
+        places: case.path.places.iter().map(|&at| (at, None)).collect(),
+        snap: None,
+    }))
 }
 
 /// At the beginning of the motion, without contact.
-fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
+fn begin<T: Real>(case: &Case, options: &Options) -> Result<Follower<T, Host>, DiscretiseError> {
     let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
     if let Some(&first) = case.path.places.first() {
         // A start that is not free of contact shows in the status of every place.
@@ -124,12 +120,8 @@ fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T,
 }
 
 /// `None` if there is too little room.
-fn walk<T: Real, S: Size>(
-    case: &Case,
-    options: &Options,
-    wanted: Wanted<'_>,
-) -> Result<Option<Grasp>, DiscretiseError> {
-    let mut follower = begin::<T, S>(case, options)?;
+fn walk<T: Real>(case: &Case, options: &Options, wanted: Wanted<'_>) -> Result<Option<Grasp>, DiscretiseError> {
+    let mut follower = begin::<T>(case, options)?;
     let mut neighbours = Neighbours::EMPTY;
     let (mut places, mut snapped) = (Vec::with_capacity(case.path.places.len()), None);
     for (index, &at) in case.path.places.iter().enumerate() {
@@ -149,14 +141,14 @@ fn walk<T: Real, S: Size>(
         places.push((at, known));
     }
     let snap = match snapped.filter(|_| wanted.snap) {
-        Some(index) => Some(place_of_snap::<T, S>(case, options, index)?),
+        Some(index) => Some(place_of_snap::<T>(case, options, index)?),
         None => None,
     };
     Ok(Some(Grasp { design: case.finger.design.clone(), places, snap }))
 }
 
 /// Between the place before an index and the one there.
-fn place_of_snap<T: Real, S: Size>(case: &Case, options: &Options, index: usize) -> Result<f64, DiscretiseError> {
+fn place_of_snap<T: Real>(case: &Case, options: &Options, index: usize) -> Result<f64, DiscretiseError> {
     let places = &case.path.places;
     let Some(&before) = index.checked_sub(1).and_then(|before| places.get(before)) else { return Ok(places[index]) };
     let (mut low, mut high) = (before, places[index]);
@@ -165,7 +157,7 @@ fn place_of_snap<T: Real, S: Size>(case: &Case, options: &Options, index: usize)
             break;
         }
         let middle = 0.5 * (low + high);
-        let mut follower = begin::<T, S>(case, options)?;
+        let mut follower = begin::<T>(case, options)?;
         let mut way = places.iter().take(index).copied().chain([middle]);
         let holds = way.all(|at| {
             let outcome = follower.follow_within(case.path.coordinate(at), MOST_ITERATIONS);
@@ -177,21 +169,21 @@ fn place_of_snap<T: Real, S: Size>(case: &Case, options: &Options, index: usize)
 }
 
 /// What the follower has found; `None` if there is too little room for derivatives.
-fn read<T: Real, S: Size>(
-    follower: &mut Follower<T, S>,
-    neighbours: &mut Neighbours<T, S>,
+fn read<T: Real>(
+    follower: &mut Follower<T, Host>,
+    neighbours: &mut Neighbours<T, Host>,
     options: &Options,
     wanted: Wanted<'_>,
     at: f64,
 ) -> Option<Known> {
     let [with_stiffness, with_slopes] = [wanted.stiffness, wanted.slopes].map(|places| places.contains(&at));
     // Each touching sample takes two rows of a derivative.
-    if (with_stiffness || with_slopes) && 2 * follower.solution().touching() > S::CONTACTS {
+    if (with_stiffness || with_slopes) && 2 * follower.solution().touching() > <Host as Size>::CONTACTS {
         return None;
     }
     let sizes = follower.solution().strains().map(|strain| strain.largest()).enumerate();
     let most_strained = sizes.fold((0, T::ZERO), |most, strain| if strain.1 > most.1 { strain } else { most });
-    let numbers = |follower: &mut Follower<T, S>| numbers(follower, most_strained.0, with_stiffness);
+    let numbers = |follower: &mut Follower<T, Host>| numbers(follower, most_strained.0, with_stiffness);
     let found = numbers(follower)?;
     let mut slopes = Vec::new();
     for line in wanted.variables.iter().filter(|_| with_slopes) {
@@ -209,7 +201,7 @@ fn read<T: Real, S: Size>(
 }
 
 /// Reads the [`Numbers`], of the strains that at a place of the finger.
-fn numbers<T: Real, S: Size>(follower: &mut Follower<T, S>, strained: usize, with_stiffness: bool) -> Option<[T; 5]> {
+fn numbers<T: Real>(follower: &mut Follower<T, Host>, strained: usize, with_stiffness: bool) -> Option<[T; 5]> {
     let force = follower.solution().force_world();
     let [x, y] = force;
     let size = (x * x + y * y).sqrt();

@@ -3,11 +3,11 @@
 use model_core::equilibrium::{Follower, Target};
 use model_core::object::Motion;
 use model_core::real::Real;
-use model_core::size::Size;
 use model_core::status::Status;
 use serde::{Deserialize, Serialize};
 
 use crate::case::MotionPath;
+use crate::heap::Host;
 
 /// Least number of steps into which a stretch with a peak or a snap-through is divided to find it, and their greatest length in the
 /// case's unit, as long as they are not too many.
@@ -86,10 +86,10 @@ pub fn branches(found: &[Found]) -> Vec<Option<u32>> {
 
 /// The first branch of a path that was followed; `again` makes a follower at its beginning. None if not even
 /// the first place has a trustworthy solution.
-pub fn first_branch<T: Real, S: Size>(
+pub fn first_branch<T: Real>(
     path: &MotionPath,
     found: &[Found],
-    again: impl FnOnce() -> Option<Follower<T, S>>,
+    again: impl FnOnce() -> Option<Follower<T, Host>>,
     budget: u32,
 ) -> Option<FirstBranch> {
     let on_first = found.iter().take_while(|one| one.status.is_trustworthy() && one.snaps == 0).count();

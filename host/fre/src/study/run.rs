@@ -8,12 +8,11 @@ use model_core::discretise::DiscretiseError;
 use model_core::equilibrium::{Follower, Target};
 use model_core::real::Real;
 use model_core::sensitivity::Probe;
-use model_core::size::Size;
 use model_core::solution::NEAR_BUCKLING;
 use model_core::status::Status;
 
 use crate::case::{Case, Memory};
-use crate::heap::{Host, Wide};
+use crate::heap::Host;
 use crate::shape::Shape;
 use crate::study::branch::{self, FirstBranch, Found};
 use crate::study::fade::Fade;
@@ -76,7 +75,7 @@ impl Run {
 /// How far a case is solved.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'p> {
-    /// Places that are done. Begins again at 1 if the case has to be solved once more with room for more contacts.
+    /// Places that are done.
     pub done: usize,
     /// All places.
     pub total: usize,
@@ -117,30 +116,16 @@ pub fn solve_watched<B>(
     mut watch: impl FnMut(Progress<'_>) -> ControlFlow<B>,
 ) -> Result<Run, Unsolved<B>> {
     match options.precision {
-        Precision::F32 => solve_with_room::<f32, B>(case, options, &mut watch),
-        Precision::F64 => solve_with_room::<f64, B>(case, options, &mut watch),
+        Precision::F32 => solve_in::<f32, B>(case, options, &mut watch),
+        Precision::F64 => solve_in::<f64, B>(case, options, &mut watch),
     }
 }
 
 /// What a caller does after every place.
 type Watch<'w, B> = &'w mut dyn FnMut(Progress<'_>) -> ControlFlow<B>;
 
-/// Begins again with more room if more samples touch than usual, or more than have a row of their own for their turning in a
-/// derivative.
-fn solve_with_room<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
-    let run = solve_in::<T, Host, B>(case, options, watch)?;
-    let crowded = |place: &Place| {
-        let full = |state: &State| {
-            (state.sensitivity.is_none() && case.friction == 0.0 && case.finger.prony.is_empty())
-                || 2 * state.shape.contacts.len() > <Host as Size>::CONTACTS
-        };
-        place.status == Status::ContactCapacity || place.state.as_ref().is_some_and(full)
-    };
-    if run.places.iter().any(crowded) { solve_in::<T, Wide, B>(case, options, watch) } else { Ok(run) }
-}
-
 /// A follower at the beginning of the path, without contact.
-fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T, S>, DiscretiseError> {
+fn begin<T: Real>(case: &Case, options: &Options) -> Result<Follower<T, Host>, DiscretiseError> {
     let mut follower = follower(&case.finger.design, case.object, case.path.motion, options)?;
     // A case's coefficient and terms are within their ranges, and the sizes on a heap have room.
     let _ = follower.set_friction(case.friction);
@@ -155,26 +140,26 @@ fn begin<T: Real, S: Size>(case: &Case, options: &Options) -> Result<Follower<T,
 }
 
 /// A case on its way: it goes wherever it is sent, from where it is.
-pub struct Walk<T: Real, S: Size> {
+pub struct Walk<T: Real> {
     case: Case,
     options: Options,
-    follower: Follower<T, S>,
+    follower: Follower<T, Host>,
     /// With friction: followers on which everything slips as while closing, and as while opening.
-    bounds: Option<[Box<Follower<T, S>>; 2]>,
+    bounds: Option<[Box<Follower<T, Host>>; 2]>,
     /// What fades, of a material that remembers by its force alone.
     fade: Option<Fade>,
-    probe: Probe<T, S>,
+    probe: Probe<T, Host>,
     samples: Vec<f64>,
     model: Model,
 }
 
-impl<T: Real, S: Size> Walk<T, S> {
+impl<T: Real> Walk<T> {
     /// At the beginning of the case's path, without contact.
     ///
     /// # Errors
     /// If the finger cannot be discretised as asked.
     pub fn begin(case: &Case, options: &Options) -> Result<Self, DiscretiseError> {
-        let follower = begin::<T, S>(case, options)?;
+        let follower = begin::<T>(case, options)?;
         let samples = follower.sample_arcs().map(T::to_f64).collect();
         let model = Model::of(case, options, follower.unknowns());
         let bounds = (case.friction > 0.0).then(|| bounds(case, options)).transpose()?;
@@ -228,7 +213,7 @@ impl<T: Real, S: Size> Walk<T, S> {
     }
 }
 
-impl<T: Real, S: Size> Walk<T, S> {
+impl<T: Real> Walk<T> {
     /// What the forces at a place lie between if the path is unknown. `None` where a bound is on another branch than the case, which has this
     /// status: it says nothing about it.
     fn interval(&mut self, target: Target, own: Status) -> Option<ForceInterval> {
@@ -242,9 +227,9 @@ impl<T: Real, S: Size> Walk<T, S> {
 }
 
 /// Followers at the beginning of the path on which everything slips one way.
-fn bounds<T: Real, S: Size>(case: &Case, options: &Options) -> Result<[Box<Follower<T, S>>; 2], DiscretiseError> {
+fn bounds<T: Real>(case: &Case, options: &Options) -> Result<[Box<Follower<T, Host>>; 2], DiscretiseError> {
     let one = |way| -> Result<_, DiscretiseError> {
-        let mut follower = Box::new(begin::<T, S>(case, options)?);
+        let mut follower = Box::new(begin::<T>(case, options)?);
         follower.force_slip(Some(way));
         if let Some(&first) = case.path.places.first() {
             follower.start(case.path.coordinate(first));
@@ -255,8 +240,8 @@ fn bounds<T: Real, S: Size>(case: &Case, options: &Options) -> Result<[Box<Follo
     Ok([closing?, opening?])
 }
 
-fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
-    let mut walk = Walk::<T, S>::begin(case, options)?;
+fn solve_in<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> Result<Run, Unsolved<B>> {
+    let mut walk = Walk::<T>::begin(case, options)?;
     let total = case.path.places.len();
     let (mut places, mut found) = (Vec::with_capacity(total), Vec::with_capacity(total));
     let (seconds, times) = (case.path.time_steps(walk.at()), case.path.times());
@@ -279,7 +264,7 @@ fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_
             }
         }
     }
-    let again = || begin::<T, S>(case, options).ok();
+    let again = || begin::<T>(case, options).ok();
     let first_branch = branch::first_branch(&case.path, &found, again, MOST_ITERATIONS);
     for (place, branch) in places.iter_mut().zip(branch::branches(&found)) {
         place.branch = branch;
@@ -289,9 +274,9 @@ fn solve_in<T: Real, S: Size, B>(case: &Case, options: &Options, watch: Watch<'_
 }
 
 /// What a follower has found at its place.
-fn state<T: Real, S: Size>(
-    follower: &mut Follower<T, S>,
-    probe: &mut Probe<T, S>,
+fn state<T: Real>(
+    follower: &mut Follower<T, Host>,
+    probe: &mut Probe<T, Host>,
     case: &Case,
     options: &Options,
     samples: &[f64],

@@ -4,10 +4,10 @@ use model_core::equilibrium::Follower;
 use model_core::object::Motion;
 use model_core::real::Real;
 use model_core::sensitivity::{Derivative, DesignParameter, Probe};
-use model_core::size::Size;
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
+use crate::heap::Host;
 use crate::study::model::Options;
 
 /// Derivatives, world frame, the touching samples staying the same: of the force on the object, of the torque that the
@@ -60,9 +60,9 @@ impl Sensitivity {
 }
 
 /// Derivatives at the present place; `None` if more samples touch than there is room for.
-pub(super) fn sensitivity<T: Real, S: Size>(
-    follower: &mut Follower<T, S>,
-    probe: &mut Probe<T, S>,
+pub(super) fn sensitivity<T: Real>(
+    follower: &mut Follower<T, Host>,
+    probe: &mut Probe<T, Host>,
     case: &Case,
     options: &Options,
 ) -> Option<Sensitivity> {

@@ -11,7 +11,6 @@ use model_core::discretise::Discretisation;
 use model_core::object::{Motion, ObjectDesign};
 
 use super::error::DemoError;
-use fre::heap::Host;
 use fre::shape::Shape;
 use fre::study::follow::follower;
 use fre::study::model::Options;
@@ -63,7 +62,7 @@ impl Reference {
     pub fn spawn(how: &Discretisation, design: &Design, object: ObjectDesign, from: f64) -> Result<Self, DemoError> {
         let options = Options { discretisation: *how, ..Options::default() };
         let motion = Motion::Rotating { axis: design.motor_axis };
-        let mut follower = follower::<f64, Host>(design, object, motion, &options).map_err(DemoError::Model)?;
+        let mut follower = follower::<f64>(design, object, motion, &options).map_err(DemoError::Model)?;
         if !follower.start(from) {
             return Err(DemoError::NoRoom);
         }

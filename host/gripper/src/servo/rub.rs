@@ -78,7 +78,7 @@ impl Rough {
         Follower<T, Host>: Send,
     {
         let motion = self.drive.motion(self.design.motor_axis);
-        let made = follower::<T, Host>(&self.design, self.object, motion, &self.options);
+        let made = follower::<T>(&self.design, self.object, motion, &self.options);
         let mut finger = Box::new(made.map_err(LoadError::Discretise)?);
         finger.set_friction(self.friction).map_err(LoadError::Friction)?;
         finger.set_prony(&self.prony).map_err(LoadError::Memory)?;

@@ -10,7 +10,6 @@ use model_core::status::Status;
 use super::parameter::Parameter;
 use super::readings::{Reading, Readings};
 use super::trial::Trial;
-use crate::heap::Host;
 use crate::metrics::Point;
 use crate::study::follow::follower;
 use crate::study::model::Options;
@@ -136,7 +135,7 @@ impl Predictor<'_> {
         }
         let options = Options { discretisation: self.discretisation, ..Options::default() };
         let motion = self.drive.motion(design.motor_axis);
-        let mut follower = follower::<f64, Host>(&design, object, motion, &options)?;
+        let mut follower = follower::<f64>(&design, object, motion, &options)?;
         let remembers = !self.prony.is_empty();
         if remembers && follower.set_prony(&trial.prony(self.prony)).is_err() {
             return Ok(unknown());
