@@ -69,7 +69,7 @@ pub enum Elements {
         /// Elements of each hinge.
         hinge: u16,
     },
-    /// So many per span.
+    /// So many per span. A beam of few spans has more: four times as many as a span, and four, each where elements are longest by then.
     PerSpan {
         /// Elements of every span but the last.
         span: u16,
@@ -87,6 +87,16 @@ impl Elements {
     pub const FINE: Self = Self::PerSpan { span: 4, tip_span: 4, hinge: 2 };
     /// Those of *Geometrico-Static Modelling of a FRE Finger*: 170 per beam, 20 per hinge.
     pub const PAPER: Self = Self::PerBeam { beam: 170, hinge: 20 };
+
+    /// Those of each beam of a finger with so many lamellae.
+    pub fn of_beam(self, lamellae: usize) -> usize {
+        match self {
+            Self::PerBeam { beam, .. } => usize::from(beam),
+            Self::PerSpan { span, tip_span, .. } => {
+                (lamellae * usize::from(span) + usize::from(tip_span)).max(least_of_beam(span))
+            }
+        }
+    }
 }
 
 /// Where the gap to the object is checked.
@@ -429,6 +439,11 @@ pub(crate) fn discretise_in<T: Real, S: Size>(
     Ok(())
 }
 
+/// The fewest elements of a beam that has so many per span.
+fn least_of_beam(span: u16) -> usize {
+    4 * (usize::from(span) + 1)
+}
+
 fn element_counts(
     how: &Discretisation,
     cells: usize,
@@ -447,6 +462,14 @@ fn element_counts(
         Elements::PerSpan { span, tip_span, hinge } => {
             counts.run_mut(0..cells).fill(span);
             counts.put(cells - 1, tip_span);
+            let counts = counts.run_mut(0..cells);
+            let found: usize = counts.iter().map(|&count| usize::from(count)).sum();
+            let wanted = if counts.contains(&0) { 0 } else { least_of_beam(span) };
+            for _ in found..wanted {
+                let longest = |cell: &usize| length(*cell) / f64::from(counts.at(*cell));
+                let cell = (0..cells).max_by(|a, b| longest(a).total_cmp(&longest(b)));
+                counts.add(cell.unwrap_or(cells), 1);
+            }
             hinge
         }
     };

@@ -71,14 +71,10 @@ impl Model {
     /// The model of a case with so many unknowns.
     pub(super) fn of(case: &Case, options: &Options, unknowns: usize) -> Self {
         let how = &options.discretisation;
-        let lamellae = case.finger.design.lamella_count() as u32;
-        let (beam, hinge) = match how.elements {
-            Elements::PerBeam { beam, hinge } => (u32::from(beam), hinge),
-            Elements::PerSpan { span, tip_span, hinge } => (lamellae * u32::from(span) + u32::from(tip_span), hinge),
-        };
+        let (Elements::PerBeam { hinge, .. } | Elements::PerSpan { hinge, .. }) = how.elements;
         Self {
             scheme: how.scheme,
-            elements_per_beam: beam,
+            elements_per_beam: how.elements.of_beam(case.finger.design.lamella_count()) as u32,
             elements_per_hinge: u32::from(hinge),
             unknowns,
             physics: how.physics,

@@ -1,9 +1,10 @@
 //! Beams that are bowed at rest.
 
-use model_core::design::Design;
-use model_core::discretise::{Discretisation, Physics, Scheme};
+use model_core::design::{Attachments, Design};
+use model_core::discretise::{Discretisation, Elements, Physics, Scheme};
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
+use model_core::real::Real;
 use model_core::size::Paper;
 use model_core::status::Status;
 use reference_tests::ladder_80;
@@ -74,4 +75,55 @@ fn schemes_agree_on_a_bowed_finger() {
     assert!((fine[0] - links[0]).hypot(fine[1] - links[1]) < 0.01 * size);
     assert!((fine[0] - reduced[0]).hypot(fine[1] - reduced[1]) < 0.02 * size);
     assert!((tip[0] - other[0]).hypot(tip[1] - other[1]) < 0.05);
+}
+
+model_core::fixed_size!(
+    /// Room for many elements on few spans.
+    Few, cells 4, nodes 640, samples 300, contacts 120
+);
+
+/// Force, N, finger frame, and the tip of the open finger, of a finger with few lamellae closed on a cylinder of 40 mm.
+fn gripped<T: Real>(design: &Design, how: &Discretisation, centre: [f64; 2], degrees: f64) -> ([f64; 2], [f64; 2]) {
+    let mut follower: Box<Follower<T, Few>> = Box::new(Follower::EMPTY);
+    follower.configure(design, how).expect("a valid design");
+    let tip = follower.solution().tip().map(T::to_f64);
+    follower.set_object(ObjectDesign::Circle { centre, radius: 20.0 }, Motion::Rotating { axis: design.motor_axis });
+    assert!(follower.start(-2_f64.to_radians()));
+    assert_eq!(follower.follow(degrees.to_radians()).status, Status::Converged, "{how:?}");
+    (follower.solution().force_finger().map(T::to_f64), tip)
+}
+
+/// Long spans have enough elements and samples, at the PC's resolution and at the microcontroller's: straight beams, and a line with a bend or two
+/// on a single span, which ends where it is drawn.
+#[test]
+fn few_spans_are_fine_enough() {
+    let many = Discretisation {
+        elements: Elements::PerBeam { beam: 64, hinge: 4 },
+        ..Discretisation::fine(Physics::Extended)
+    };
+    let mut worst = [0.0_f64; 2];
+    let mut compare = |design: &Design, centre: [f64; 2], degrees: f64, within: [f64; 2], what: &str| {
+        let (exact, _) = gripped::<f64>(design, &many, centre, degrees);
+        let (fine, tip) = gripped::<f64>(design, &Discretisation::fine(Physics::Extended), centre, degrees);
+        let (reduced, _) = gripped::<f32>(design, &Discretisation::estimator(Physics::Extended), centre, degrees);
+        let size = exact[0].hypot(exact[1]);
+        let off = [fine, reduced].map(|found| (found[0] - exact[0]).hypot(found[1] - exact[1]) / size);
+        println!("{what}, {degrees}°: {size:.3} N, off by {off:.4?}, tip {tip:.3?}");
+        assert!(off[0] < within[0] && off[1] < within[1], "{what}, {degrees}°: {off:?}");
+        assert!((tip[0]).hypot(tip[1] - 80.0) < 0.05, "{what}: {tip:?}");
+        worst = [worst[0].max(off[0]), worst[1].max(off[1])];
+    };
+    for heights in [&[][..], &[10.0], &[40.0], &[20.0, 50.0], &[9.0, 18.0, 27.0]] {
+        let mut design = ladder_80();
+        design.lamellae.attachments = Attachments::Heights(heights.iter().copied().collect());
+        for (height, degrees) in [(30.0, 4.0), (45.0, 6.0)] {
+            compare(&design, [21.0, height], degrees, [0.02, 0.03], &format!("lamellae at {heights:?}"));
+        }
+    }
+    let mut wavy = ladder_80();
+    wavy.lamellae.attachments = Attachments::Heights([].into_iter().collect());
+    wavy.front.via = [[2.0, 20.0], [0.0, 40.0], [-2.0, 60.0]].into_iter().collect();
+    for degrees in [6.0, 8.0] {
+        compare(&wavy, [24.0, 40.0], degrees, [0.02, 0.05], "a wave");
+    }
 }
