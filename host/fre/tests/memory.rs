@@ -229,6 +229,25 @@ fn the_force_alone_is_for_closing_and_holding() {
     assert_eq!(error.key(), Some("finger.material.memory"), "{error}");
 }
 
+/// A force that fades by itself has gone through what lies between two places, however few are listed.
+#[test]
+fn places_between_are_gone_through() {
+    let last = |places: &str| {
+        let motion = format!("motor_angles_deg = [{places}]\nspeed_deg_per_s = 10");
+        let mut case = case(&motion);
+        case.finger.memory = Memory::Force;
+        let found = solve(&case, &Default::default()).unwrap();
+        assert!(found.is_trustworthy());
+        let place = found.places.last().unwrap();
+        [place.force_magnitude_n().unwrap(), place.state.as_ref().unwrap().motor_torque_nmm]
+    };
+    let many = (0..=40).map(|step| (0.25 * f64::from(step)).to_string()).collect::<Vec<_>>().join(", ");
+    for ((one, other), what) in last("0, 10").into_iter().zip(last(&many)).zip(["force", "torque"]) {
+        let off = one / other - 1.0;
+        assert!(off.abs() < 2e-4, "{what}: {one} {other}");
+    }
+}
+
 /// What is read is written again, terms included.
 #[test]
 fn a_finger_keeps_its_terms() {

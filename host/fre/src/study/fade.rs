@@ -7,27 +7,41 @@ use super::place::{Place, State};
 use crate::case::{Case, Memory};
 
 /// Fades the forces of one place after the other.
-pub(super) struct Fade(Fading<f64>);
+pub(super) struct Fade {
+    fading: Fading<f64>,
+    /// Forces along the object stay within the cones of those that fade: the normal ones.
+    rubs: bool,
+}
 
 impl Fade {
     /// Of a case whose material remembers so.
     pub fn of(case: &Case) -> Option<Self> {
         let mut fading = Fading::ELASTIC;
         let fades = case.finger.memory == Memory::Force && fading.set(&case.finger.prony).is_ok() && fading.fades();
-        fades.then_some(Self(fading))
+        fades.then_some(Self { fading, rubs: case.friction > 0.0 })
+    }
+
+    /// What the elastic finger goes through on the way, within a time, s: force, sum of the normal forces and torque; nothing where that is not known.
+    pub fn pass(&mut self, found: Option<([f64; 2], f64, f64)>, seconds: f64) {
+        self.fading.pass(seconds);
+        if let Some((force, normal, torque)) = found {
+            let load = self.load(force, normal, torque);
+            self.fading.accept(load);
+        }
+    }
+
+    fn load(&self, [x, y]: [f64; 2], normal: f64, torque: f64) -> [f64; 3] {
+        if self.rubs { [normal, 0.0, 0.0] } else { [x, y, torque] }
     }
 
     /// The place that is reached next, within a time, s.
     pub fn take(&mut self, place: &mut Place, seconds: f64) {
-        self.0.pass(seconds);
+        self.fading.pass(seconds);
         let Some(state) = &mut place.state else { return };
         let ([x, y], torque) = (state.force_n, state.motor_torque_nmm);
-        let elastic = match &state.friction {
-            // Forces along the object stay within the cones of those that fade.
-            Some(friction) => [friction.normal_n, 0.0, 0.0],
-            None => [x, y, torque],
-        };
-        let [u, v, faded] = self.0.accept(elastic);
+        let normal = state.friction.as_ref().map_or(0.0, |friction| friction.normal_n);
+        let elastic = self.load([x, y], normal, torque);
+        let [u, v, faded] = self.fading.accept(elastic);
         let size = elastic[0].hypot(elastic[1]);
         if size == 0.0 {
             return;

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use std::time::Instant;
 
 use model_core::discretise::DiscretiseError;
-use model_core::equilibrium::{Follower, Target};
+use model_core::equilibrium::{Follower, Outcome, Target};
 use model_core::real::Real;
 use model_core::sensitivity::Probe;
 use model_core::solution::NEAR_BUCKLING;
@@ -29,6 +29,11 @@ use crate::study::warnings::{Warning, warnings};
 
 /// Newton iterations allowed between two places: several times what a motion with a snap-through takes.
 pub(crate) const MOST_ITERATIONS: u32 = 10_000;
+
+/// The longest way, degrees or mm, on which a force is taken to change evenly as it fades (test `places_between`), and the most of them between
+/// two places.
+const FADES_WITHIN: f64 = 0.5;
+const MOST_FADES: f64 = 1000.0;
 
 /// A case solved along its motion.
 #[derive(Clone, Debug, PartialEq)]
@@ -182,7 +187,7 @@ impl<T: Real> Walk<T> {
     pub fn go(&mut self, value: f64, seconds: f64) -> (Place, u32) {
         let begin = Instant::now();
         let target = Target { coordinate: self.case.path.coordinate(value), time_step_s: seconds };
-        let outcome = self.follower.follow_within(target, MOST_ITERATIONS);
+        let (outcome, last_s) = self.follow(value, seconds);
         let elapsed_us = begin.elapsed().as_secs_f64() * 1e6;
         let known = outcome.status.is_trustworthy();
         let mut state =
@@ -207,9 +212,42 @@ impl<T: Real> Walk<T> {
             state,
         };
         if let Some(fade) = &mut self.fade {
-            fade.take(&mut place, seconds);
+            fade.take(&mut place, last_s);
         }
         (place, outcome.snaps)
+    }
+
+    /// Follows the equilibrium there, and how long the last step on the way took: a material that remembers by its force alone goes through
+    /// what lies between, in short steps.
+    fn follow(&mut self, value: f64, seconds: f64) -> (Outcome, f64) {
+        let from = self.at();
+        let steps = match self.fade {
+            Some(_) => ((value - from).abs() / FADES_WITHIN).ceil().clamp(1.0, MOST_FADES),
+            None => 1.0,
+        };
+        let time_step_s = seconds / steps;
+        let target = |place: f64| Target { coordinate: self.case.path.coordinate(place), time_step_s };
+        let (mut iterations, mut taken, mut snaps) = (0, 0, 0);
+        for step in 1..steps as usize {
+            let on_the_way = target(from + (value - from) * step as f64 / steps);
+            let outcome = self.follower.follow_within(on_the_way, MOST_ITERATIONS);
+            (iterations, taken, snaps) =
+                (iterations + outcome.iterations, taken + outcome.steps, snaps + outcome.snaps);
+            if let Some(fade) = &mut self.fade {
+                let solution = self.follower.solution();
+                let normal = solution.contacts().map(|contact| contact.force.to_f64()).sum();
+                let found = (solution.force_world().map(T::to_f64), normal, solution.motor_torque().to_f64());
+                fade.pass(outcome.status.is_trustworthy().then_some(found), time_step_s);
+            }
+        }
+        let last = self.follower.follow_within(target(value), MOST_ITERATIONS);
+        let outcome = Outcome {
+            iterations: iterations + last.iterations,
+            steps: taken + last.steps,
+            snaps: snaps + last.snaps,
+            ..last
+        };
+        (outcome, time_step_s)
     }
 }
 
