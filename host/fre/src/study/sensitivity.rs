@@ -1,7 +1,7 @@
 //! Derivatives of force, torque and contact centre, in the units of files.
 
 use model_core::equilibrium::Follower;
-use model_core::object::Motion;
+use model_core::object::{Motion, ObjectDesign};
 use model_core::real::Real;
 use model_core::sensitivity::{Derivative, DesignParameter, Probe};
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub struct Sensitivity {
     pub force_per_mm_n: Option<[f64; 2]>,
     /// To the x and the y of the object's centre, N per mm.
     pub force_per_centre_mm_n: [[f64; 2]; 2],
-    /// To the object's radius, N per mm.
+    /// To the object's radius, N per mm; of an object without one to how far its surface lies outwards.
     pub force_per_radius_mm_n: [f64; 2],
     /// To Young's modulus, N per MPa, the contact softness staying the same.
     pub force_per_youngs_modulus_mpa_n: [f64; 2],
@@ -77,11 +77,13 @@ pub(super) fn sensitivity<T: Real>(
     let coordinate = force(&found.coordinate);
     let centre = [force(&found.centre[0]), force(&found.centre[1])];
     let per_degree = 1_f64.to_radians();
+    // A bore whose radius grows gives way.
+    let to_radius = if matches!(case.object, ObjectDesign::Bore { .. }) { -1.0 } else { 1.0 };
     Some(Sensitivity {
         force_per_deg_n: rotating.then_some(coordinate.map(|per_radian| per_radian * per_degree)),
         force_per_mm_n: (!rotating).then_some(coordinate),
         force_per_centre_mm_n: centre,
-        force_per_radius_mm_n: force(&found.radius),
+        force_per_radius_mm_n: force(&found.radius).map(|outwards| outwards * to_radius + 0.0),
         force_per_youngs_modulus_mpa_n: force(&found.youngs_modulus),
         force_per_front_thickness_mm_n: dimension(DesignParameter::FrontThickness),
         force_per_back_thickness_mm_n: dimension(DesignParameter::BackThickness),
@@ -91,7 +93,7 @@ pub(super) fn sensitivity<T: Real>(
         stiffness_n_per_mm: [0, 1].map(|i| [centre[0][i], centre[1][i]]),
         torque_per_deg_nmm: rotating.then_some(found.coordinate.torque.to_f64() * per_degree),
         torque_per_centre_mm_nmm: [found.centre[0].torque.to_f64(), found.centre[1].torque.to_f64()],
-        torque_per_radius_mm_nmm: found.radius.torque.to_f64(),
+        torque_per_radius_mm_nmm: found.radius.torque.to_f64() * to_radius + 0.0,
         contact_centre_per_deg_mm: rotating.then_some(vector(found.coordinate.contact_centre).map(|x| x * per_degree)),
     })
 }
