@@ -34,6 +34,10 @@ pub(super) struct Rub {
     pub turn: Turn,
     /// The place has moved since the derivatives were begun.
     pub moved: bool,
+    /// The forces were those of an opening finger.
+    opens: bool,
+    /// The measured angle is farther from the place than the derivatives reach, or the other way than those that are known.
+    is_far: bool,
     /// Derivatives that are known: with the angle, with the angle back, and with the object's place.
     pub has_angle: bool,
     pub has_back: bool,
@@ -62,6 +66,9 @@ pub(super) enum Turn {
 pub(super) const PAST: u32 = 8;
 /// Shortest way from tick to tick that shows how the forces change, rad.
 const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
+/// By how many plays an angle is behind the motion's front that has gone back from there: less is noise. The most by which forces are moved along.
+const GOES_BACK: f64 = 1.5;
+const FARTHEST: f64 = 5.0;
 /// No forces.
 pub(super) const NOTHING: Reading<f32> = Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 };
 
@@ -84,6 +91,8 @@ impl Rub {
         slipping: None,
         turn: Turn::Angle,
         moved: false,
+        opens: false,
+        is_far: false,
         has_angle: false,
         has_back: false,
         has_centre: false,
@@ -211,17 +220,22 @@ impl<T: Real, S: Size> Estimator<T, S> {
         }
         let reading = self.taken(self.follower.solution().reading());
         let came = rub.path.at() - rub.place;
+        let way = rub.path.way();
+        let opens = way == SlipWay::Opening;
+        if core::mem::replace(&mut rub.opens, opens) != opens {
+            // What slipped sticks.
+            (rub.has_angle, rub.per_angle, rub.turn) = (rub.has_back, rub.per_angle_back, Turn::Angle);
+        }
         if came.abs() > 2.0 * SHORT_WAY {
             // The forces may have changed otherwise on the way.
             (rub.has_angle, rub.has_back, rub.turn) = (false, false, Turn::Angle);
-        } else if rub.has_angle && !free && came * rub.path.way().sign() > SHORTEST_WAY {
+        } else if rub.has_angle && !free && came * way.sign() > SHORTEST_WAY {
             // On a way that goes on the forces themselves say how they change.
             rub.per_angle = NOTHING.plus((1.0 / came) as f32, &reading.plus(-1.0, &rub.reading));
         }
         rub.reading = reading;
         (rub.place, rub.waited) = (rub.path.at(), rub.waited.saturating_add(1));
         rub.moved |= rub.path.moves();
-        let way = rub.path.way();
         if rub.path.unknown && rub.path.supposed && self.follower.slips(way) {
             // Whatever the past was, it has slipped this way by now.
             rub.path.know();
@@ -242,7 +256,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
     /// The forces are those of the measured angle: of the finger's place, or moved along from there.
     pub(super) fn is_at_angle(&self) -> bool {
         let rub = self.rub();
-        rub.has_angle || rub.path.ahead_of(rub.place) == 0.0
+        let is_known = self.settings().budget >= CONVERGES_WITHIN || rub.has_angle;
+        !rub.is_far && (is_known || rub.path.ahead_of(rub.place) == 0.0)
     }
 
     /// Shows what is known at the measured angle.
@@ -253,6 +268,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (play, backlash) = self.slack();
+        let reach = |plays: f64| plays * play.max(4.0 * SHORTEST_WAY);
         let turned = rub.path.turned(backlash).copied();
         // A motion from an unknown past, or one that has just turned round, may have begun anywhere within the play.
         let lag = if (rub.path.supposed || turned.is_some()) && rub.has_angle { play as f32 } else { 0.0 };
@@ -262,14 +278,21 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let stayed = if rub.has_angle { one.plus(short, &rub.per_angle) } else { one };
         let back = if rub.has_back { stayed.plus(-short, &rub.per_angle_back) } else { one };
         let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
+        // Farther behind than noise it has gone back.
+        let goes_back = !rub.path.unknown && f64::from(short.abs()) > reach(GOES_BACK);
+        let beyond = f64::from(short.abs().max(rest.abs())) > reach(FARTHEST);
+        rub.is_far = !free && (beyond || goes_back && !rub.has_back);
         // The middle of what may be: of a past that is known, what is.
-        rub.shown = one.plus(0.5, &other.plus(-1.0, &one));
+        rub.shown = if goes_back && rub.has_back { back } else { one.plus(0.5, &other.plus(-1.0, &one)) };
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
         estimate.interval = ends.map(|_| {
             let interval = Interval::over(&one, &others).with(estimate.force, estimate.torque);
-            interval.up_to(&stayed).up_to(&back)
+            // Soon after a turn the forces change otherwise than they did on the way.
+            let is_fresh = !free && rub.path.turned(backlash + reach(FARTHEST)).is_some();
+            interval.up_to(&stayed).up_to(&back).up_to(if is_fresh { &rub.reading } else { &one })
         });
-        estimate.force_per_angle = if rub.has_angle { rub.per_angle.force } else { [0.0; 2] };
+        let per_angle = if goes_back { &rub.per_angle_back } else { &rub.per_angle };
+        estimate.force_per_angle = if rub.has_angle { per_angle.force } else { [0.0; 2] };
         self.slopes.youngs_modulus = estimate.force_magnitude();
         let known = rub.has_angle && rub.has_centre;
         estimate.standard_deviation = match estimate.interval.filter(|_| known) {

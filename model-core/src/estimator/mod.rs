@@ -460,7 +460,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         if rubs {
             let aside = if trusted { self.left_aside(spent) } else { 0 };
             self.read_rubbing(estimate, aside, false);
-            if settings.budget < CONVERGES_WITHIN && estimate.force != [0.0; 2] && !self.is_at_angle() {
+            if estimate.force != [0.0; 2] && !self.is_at_angle() {
                 // How the force changes from the finger's place to the measured angle is not known yet: the old numbers stay.
                 *estimate = Estimate { status: Status::MaxIterations, iterations: estimate.iterations, ..old };
             }

@@ -1,8 +1,8 @@
 //! What is known of the way that a contact with friction has come, and between which values its forces lie while that is not enough.
 //!
 //! Friction's history follows the measured angle with a play: noise and the servo's counts, which move nothing, would otherwise pump the
-//! contact from stick to slip. Single outliers do so as well in the long run, so that the play follows the median of the last angles. The
-//! rest of the angle goes into the force by its derivative.
+//! contact from stick to slip. Single outliers do so as well in the long run, so that the play follows the median of the last angles, unless two in
+//! a row show a motion that the median is too far behind of. The rest of the angle goes into the force by its derivative.
 //!
 //! | what is known | the forces lie |
 //! |---|---|
@@ -31,6 +31,9 @@ const LEAP: f64 = core::f64::consts::PI / 180.0;
 
 /// Angles of which the median is followed.
 const LAST: usize = 5;
+/// By how many plays the last angle is beyond where it would be at rest if it is no noise, and the one before it beyond their median.
+const NO_NOISE: f64 = 2.5;
+const ON_THE_WAY: f64 = 1.25;
 
 /// The way that the measured angles describe.
 #[derive(Clone, Copy)]
@@ -92,8 +95,8 @@ impl Path {
             *last = measured;
         }
         self.before = self.at;
-        let middle = median(self.measured);
-        let to = self.at.max(middle - play).min(middle + play);
+        let [low, high] = self.surely(play);
+        let to = self.at.max(low - play).min(high + play);
         if to != self.at {
             let opens = to < self.at;
             if opens != self.opens {
@@ -106,6 +109,21 @@ impl Path {
             (self.at, self.leads) = (to, true);
         }
         to
+    }
+
+    /// Between which angles, rad, the finger is but for noise: where two in a row are far from where it was, or from the median on the way there,
+    /// the last one; else from the median on as far as those two are.
+    fn surely(&self, play: f64) -> [f64; 2] {
+        let [.., before, last] = self.measured;
+        let middle = median(self.measured);
+        let beyond = |by: f64, plays: f64| if by.abs() > plays * play { by.signum() } else { 0.0 };
+        let is_motion = |last: f64, before: f64| last != 0.0 && last == before;
+        let leaves = is_motion(beyond(last - self.at, NO_NOISE), beyond(before - self.at, NO_NOISE));
+        let goes_on = is_motion(beyond(last - middle, NO_NOISE), beyond(before - middle, ON_THE_WAY));
+        if leaves || goes_on {
+            return [last; 2];
+        }
+        [middle.min(before).min(last), middle.max(before).max(last)]
     }
 
     /// Takes the measured angle of an open hand, rad, which has no history and so no play: where it touches first is not found too late.

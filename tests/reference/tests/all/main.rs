@@ -21,6 +21,7 @@ mod plates;
 mod properties;
 mod quota;
 mod random_designs;
+mod reversal;
 mod ribs;
 mod scales;
 mod sharp;
