@@ -94,6 +94,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let passed = converged && self.presses_from_behind();
         let forces = self.forces();
         let is_good = converged && !passed && !self.passes_a_fall(target, forces);
+        self.crowded = attempt.status == Status::ContactCapacity || self.crowded && !(is_good && reaches);
         if is_good && self.lands_early(target) {
             self.reject();
             self.timeline.stop_predicting();

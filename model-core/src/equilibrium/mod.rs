@@ -181,6 +181,8 @@ pub struct Follower<T: Real, S: Size, O: Object<T> = Shape<T>> {
     factored: Factored<T, S>,
     /// Why the smallest step failed where the branch could not be followed.
     failed: Status,
+    /// More touched than there is room for, and no coordinate asked for was reached since.
+    crowded: bool,
     fall: Fall<T>,
     barred: Barred<T>,
     sweep: Sweep<T>,
@@ -212,6 +214,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         factored: Factored::EMPTY,
         // Never read; all zeros.
         failed: Status::Converged,
+        crowded: false,
         fall: Fall::NONE,
         barred: Barred::NONE,
         sweep: Sweep::NONE,
@@ -292,7 +295,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.phase = Phase::Following;
         self.snapped = false;
         (self.drift, self.fall, self.factored.is_near) = (T::ZERO, Fall::NONE, false);
-        (self.barred, self.sweep) = (Barred::NONE, Sweep::NONE);
+        (self.barred, self.sweep, self.crowded) = (Barred::NONE, Sweep::NONE, false);
         self.work.history.slip.is_idle = false;
         self.allow_steps();
         self.work.contacts.count = 0;

@@ -31,7 +31,16 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Outcome::at(Status::OutOfRange);
         }
         self.timeline.pass(T::of(to.time_step_s));
-        self.follow_on(T::of(to.coordinate), budget, false)
+        let outcome = self.follow_on(T::of(to.coordinate), budget, false);
+        self.named(outcome)
+    }
+
+    /// Where it is room that lacks, iterations are of no use.
+    pub(super) fn named(&self, outcome: Outcome) -> Outcome {
+        match outcome.status {
+            Status::MaxIterations if self.crowded => Outcome { status: Status::ContactCapacity, ..outcome },
+            _ => outcome,
+        }
     }
 
     /// Follows towards a coordinate in the time that has passed; where it `is_short` of iterations, as well as they allow.

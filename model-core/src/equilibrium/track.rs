@@ -55,7 +55,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             return Outcome::at(Status::OutOfRange);
         }
         self.timeline.pass(T::of(to.time_step_s));
-        self.track_on(T::of(to.coordinate), within, budget)
+        let outcome = self.track_on(T::of(to.coordinate), within, budget);
+        self.named(outcome)
     }
 
     /// The same in the time that has passed.

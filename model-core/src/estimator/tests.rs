@@ -4,7 +4,7 @@ use super::*;
 use crate::discretise::Physics;
 use crate::drive::{Knots, Travel};
 use crate::object::Motion;
-use crate::size::Reduced;
+use crate::size::{Reduced, Rubbing};
 
 pub(super) const COUNT: f64 = core::f64::consts::TAU / 4096.0;
 
@@ -147,4 +147,26 @@ fn an_uncertainty_that_is_none_is_refused() {
     let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
     let refused = estimator.set_uncertainty(Uncertainty { radius: f32::NAN, ..Uncertainty::DEFAULT });
     assert!(matches!(refused, Err(UncertaintyError::Value { name: "radius", .. })), "{refused:?}");
+}
+
+/// A cylinder that the finger lies against over more samples than there is room for with friction, with time for one iteration and for more: the
+/// tick says so, and not that it wants more iterations; the finger that opens goes on.
+#[test]
+fn more_contact_than_there_is_room_for_is_named() {
+    for (budget, radius) in [(1, 100.0), (8, 200.0)] {
+        let mut estimator: Box<Estimator<f32, Rubbing>> = Box::new(Estimator::EMPTY);
+        let how = Discretisation::estimator(Physics::Extended);
+        estimator.configure(&crate::design::ladder_80(), &how).expect("a valid finger");
+        let settings = EstimatorSettings { budget, ..EstimatorSettings::DEFAULT };
+        estimator.set_settings(settings, Settings::DEFAULT).expect("allowed");
+        estimator.set_friction(0.3).expect("allowed");
+        estimator.set_object(ObjectDesign::Circle { centre: [radius + 1.0, 45.0], radius }).expect("a valid object");
+        let place = |tick: i32| f64::from(tick.min(260)) * (0.05_f64).to_radians();
+        let found: std::vec::Vec<_> = (0..400).map(|tick| estimator.update(place(tick)).status).collect();
+        // The motor rests from tick 260 on.
+        let others = found.iter().skip(300).filter(|&&status| status != Status::ContactCapacity).count();
+        assert_eq!(others, 0, "budget {budget}: {:?}", &found[300..320]);
+        let open = (0..600).map(|tick| estimator.update(place((260 - tick).max(20))).status).last();
+        assert!(open.is_some_and(Status::is_trustworthy), "budget {budget}: {open:?}");
+    }
 }
