@@ -99,7 +99,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         if failed != Status::MaxIterations && self.is_clear(to) {
             self.rest();
             self.accept(to);
-            return Status::NoContact;
+            return self.standing();
         }
         self.show_accepted();
         failed

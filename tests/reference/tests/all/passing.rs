@@ -149,3 +149,31 @@ fn stiff_and_large_fingers_have_no_other_branches() {
         assert!((found / one - 1.0).abs() < 0.02, "{stiffer}, {larger}: {found} N, {one} N");
     }
 }
+
+/// A wall across the clamped base that the flexible finger lies clear of: every tick of a motor that stands says the same, of the estimator and of the
+/// solver.
+#[test]
+fn a_wall_at_the_base_is_out_of_range_in_every_tick() {
+    let design = ladder_80();
+    // Beside the base, and away from it towards the tip.
+    let (sin, cos) = libm::sincos(0.2);
+    let object = ObjectDesign::HalfPlane { point: [0.5, 0.0], normal: [-cos, sin] };
+    let mut target: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+    target.configure(&design, &Discretisation::estimator(Physics::Extended)).unwrap();
+    target.set_object(object).unwrap();
+    let mut fine: Box<Follower<f64, Paper>> = Box::new(Follower::EMPTY);
+    fine.configure(&design, &Discretisation::fine(Physics::Extended)).unwrap();
+    fine.set_object(object, Motion::Rotating { axis: design.motor_axis });
+    fine.start(-0.5);
+    let mut seen = [0; 2];
+    for count in -325..20 {
+        let angle = f64::from(count) * COUNT;
+        let [first, other] = [target.update(angle).status, fine.follow(angle).status];
+        for _ in 0..4 {
+            assert_eq!((target.update(angle).status, fine.follow(angle).status), (first, other), "count {count}");
+        }
+        assert_eq!(first, other, "count {count}");
+        seen = [seen[0] + u32::from(first == Status::NoContact), seen[1] + u32::from(first == Status::OutOfRange)];
+    }
+    assert!(seen.iter().all(|&ticks| ticks > 10), "{seen:?}");
+}
