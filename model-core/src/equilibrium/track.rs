@@ -14,7 +14,7 @@ use crate::size::Size;
 use crate::status::Status;
 
 /// Residuals before the one step above which it is not trusted, in the finger's units ([`crate::units`]): those below for a finger of
-/// 80 mm in a soft plastic.
+/// 80 mm in a soft plastic. On a sharp outline a part of them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tracking {
     /// Largest component of the energy's gradient, N·mm.
@@ -38,6 +38,9 @@ const FARTHEST_SHORT: f64 = 0.4;
 /// How far a first step into an object is meant to press, mm, and the least part of a step that it is cut to.
 const PRESSED: f64 = 0.02;
 const LEAST_PART: f64 = 1.0 / 16.0;
+/// Radius of curvature of an outline on which the bounds hold as they are, mm: on a sharper one they are less in proportion, and where they
+/// are coarse by its cube.
+const ROUND: f64 = 10.0;
 /// Steps after which the whole method decides.
 const MOST: u32 = 4;
 /// Where the budget ends, a step from residuals up to this many times the bounds is kept, untrusted: the next tick goes on from
@@ -104,8 +107,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut object = self.seen(target);
         let clearance = self.sweep.nearest;
         let mut shortens = is_open;
+        // On a sharp outline the direction of the force turns as well: what is said of a step is less, but not how it goes on.
+        let round = (self.model.sharpest.to_f64() / ROUND).min(1.0);
+
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
-        let (mut trusted, mut spare);
+        let (mut trusted, mut bounded, mut spare);
         loop {
             let (residual, sweep) = self.work.evaluate(&self.model, &self.timeline.present, &object, T::of(NEAR));
             if outcome.iterations == 0 && self.model.fineness <= 1 {
@@ -173,7 +179,8 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
             }
             // What a step leaves grows with its square.
             spare = is_within(1.0 / 16.0);
-            trusted = is_within(1.0) && !sweep.overflow && moved <= near;
+            trusted = is_within(round) && !sweep.overflow && moved <= near;
+            bounded = trusted || is_within(COARSE * round * round * round);
             if trusted {
                 break;
             }
@@ -196,7 +203,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let status = match self.standing() {
             // An object against the base has no status of this mode's own.
             Status::OutOfRange => Status::OutOfRange,
-            _ if !reaches || moved > near + near => Status::MaxIterations,
+            _ if !reaches || moved > near + near || !bounded => Status::MaxIterations,
             _ if !trusted => Status::Updating,
             Status::Snapped => Status::Snapped,
             _ => Status::Tracking,
