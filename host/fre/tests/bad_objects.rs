@@ -1,6 +1,9 @@
 //! Every bad object is refused with its line, key and what is allowed; one that stands in the finger is warned of.
 
 use fre::case::Case;
+use fre::study::overlap;
+use fre::study::place::{At, Effort, Place};
+use model_core::status::Status;
 
 /// One corner more than there is room for.
 const SIXTY_FIVE_CORNERS: &str = "shape = \"polygon\"\nrounding_mm = 2\ncorners_mm = [\
@@ -121,4 +124,20 @@ fn an_object_that_stands_in_the_finger_is_warned_of() {
         let told = warned(&inside).join("\n");
         assert!(told.contains("the object reaches") && told.contains("check where"), "{inside}: {told:?}");
     }
+}
+
+/// In a deep grasp the object is where the back beam is at rest. That matters where the solver says that the case is at fault.
+#[test]
+fn a_failure_of_the_solver_is_no_overlap() {
+    let grasp = "shape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 60.0]";
+    let case = Case::parse("case.toml", &with_object(grasp)).unwrap();
+    let depth = |status: Status| {
+        let (at, effort) = (At::Angle(12.0), Effort::default());
+        let place = Place { at, time_s: None, status, effort, branch: None, overlap_mm: None, state: None };
+        overlap::depth(&case, &place)
+    };
+    for status in [Status::Stagnated, Status::Unsettled, Status::MaxIterations, Status::Folded, Status::Precision] {
+        assert_eq!(depth(status), None, "{status}");
+    }
+    assert!(depth(Status::OutOfRange).is_some_and(|depth| (14.0..15.0).contains(&depth)));
 }

@@ -2,6 +2,7 @@
 
 use model_core::design::Beam;
 use model_core::object::{Object as _, Shape};
+use model_core::status::Status;
 
 use crate::case::Case;
 use crate::study::place::{At, Place};
@@ -44,8 +45,7 @@ const LEAST: f64 = 0.05;
 /// Points along the base, and along a beam at rest.
 const ALONG: i32 = 40;
 
-/// The deepest overlap of each part over all places; none where the object stays clear. Without a state: of the base, and of the
-/// back beam at rest.
+/// The deepest overlap of each part over all places; none where the object stays clear.
 pub fn worst(case: &Case, places: &[Place]) -> Vec<Overlap> {
     let mut worst: Vec<Overlap> = Vec::new();
     for found in places.iter().flat_map(|place| overlaps(case, place)) {
@@ -58,7 +58,9 @@ pub fn worst(case: &Case, places: &[Place]) -> Vec<Overlap> {
     worst
 }
 
-/// The parts that the object reaches into at a place.
+/// The parts that the object reaches into at a place. Without a state: the base and what is held of the back beam, which cannot move. If the
+/// place is out of range, the whole back beam at rest: the object is then perhaps not where it was meant to be. After any other failure the
+/// beam is bent in an unknown way, and at rest an object of a deep grasp always reaches into it.
 fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
     let by = case.path.motion.world_to_finger(case.path.coordinate(place.at.value()));
     let object = Shape::<f64>::from(case.object).displaced(&by);
@@ -72,10 +74,11 @@ fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
             [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]))
         })
     };
-    let held = |beam: &Beam| {
+    let along = |beam: &Beam, end: f64| {
         let beam = beam.clone();
-        (0..=ALONG).map(move |i| beam.point(beam.clamp * f64::from(i) / f64::from(ALONG)))
+        (0..=ALONG).map(move |i| beam.point(end * f64::from(i) / f64::from(ALONG)))
     };
+    let held = |beam: &Beam| along(beam, beam.clamp);
     let mut base = between(case.finger.design.front.base, beam.base);
     let (back, lamellae) = match &place.state {
         Some(state) => {
@@ -83,11 +86,8 @@ fn overlaps(case: &Case, place: &Place) -> Vec<Overlap> {
             let mut lamellae = state.shape.lamellae.iter().flatten().chain(ribs).copied();
             (deepest(&mut state.shape.back.iter().copied().chain(held(beam))), deepest(&mut lamellae))
         }
-        None => {
-            let length = beam.length();
-            let mut at_rest = (0..=ALONG).map(|i| beam.point(length * f64::from(i) / f64::from(ALONG)));
-            (deepest(&mut at_rest), f64::NEG_INFINITY)
-        }
+        None if place.status == Status::OutOfRange => (deepest(&mut along(beam, beam.length())), f64::NEG_INFINITY),
+        None => (deepest(&mut held(beam)), f64::NEG_INFINITY),
     };
     [(Reached::Base, deepest(&mut base)), (Reached::BackBeam, back), (Reached::Lamellae, lamellae)]
         .into_iter()
