@@ -224,6 +224,40 @@ case.toml:18: finger.lamellae.bending_factor = 2: means nothing to rigid lamella
     }
 }
 
+/// Heights and angles become arcs along the beams; what is wrong with these is wrong with the heights.
+#[test]
+fn an_inclined_lamella_is_refused_by_its_height() {
+    let inclined = |heights: &str, angles: &str| {
+        CASE.replacen("heights_mm = [9, 18, 27]", &format!("heights_mm = {heights}\nangle_deg = {angles}"), 1)
+    };
+    let clamped = CASE.replacen("thickness_mm = 2.0", "thickness_mm = 2.0\nclamp_mm = 12", 1);
+    let refused = [
+        inclined("[18, 9]", "20"),
+        inclined("[18, 20]", "[0, 40]"),
+        inclined("[30, 32]", "20"),
+        clamped.replacen("heights_mm = [9, 18, 27]", "heights_mm = [14, 30]\nangle_deg = 20", 1),
+        // As without an angle, and as with arcs.
+        inclined("[18, 9]", "0"),
+        CASE.replacen("heights_mm = [9, 18, 27]", "front_arc_mm = [30, 32]\nback_arc_mm = [30, 32]", 1),
+        CASE.replacen("heights_mm = [9, 18, 27]", "front_arc_mm = [18, 27]\nback_arc_mm = [18, 9]", 1),
+    ];
+    let said: String =
+        refused.iter().map(|text| format!("{}\n", Case::parse("case.toml", text).unwrap_err())).collect();
+    snapbox::assert_data_eq!(
+        said,
+        snapbox::str![[r#"
+case.toml:16: finger.lamellae.heights_mm[1] = 9: inclined by angle_deg, the lamella meets the front beam 4.4777 mm along it; must be larger than its predecessor's 14.0509 mm
+case.toml:16: finger.lamellae.heights_mm[1] = 20: inclined by angle_deg, the lamella meets the front beam 11.1895 mm along it; must be larger than its predecessor's 18 mm
+case.toml:16: finger.lamellae.heights_mm[1] = 32: its lamella's middle is 1.9991 mm from the lamella below's; its thickness of 3 mm needs 3 mm
+case.toml:17: finger.lamellae.heights_mm[0] = 14: inclined by angle_deg, the lamella meets the front beam 9.7961 mm along it; allowed is more than 12 and less than 80 mm
+case.toml:16: finger.lamellae.heights_mm[1] = 9: must be larger than its predecessor 18
+case.toml:16: finger.lamellae.front_arc_mm[1] = 32: its lamella's middle is 1.843 mm from the lamella below's; its thickness of 3 mm needs 3 mm
+case.toml:17: finger.lamellae.back_arc_mm[1] = 9: must be larger than its predecessor 18
+
+"#]]
+    );
+}
+
 /// A design written as a case's keys and read again.
 fn model(design: &Design) -> Design {
     let mut document = Document::resolve("case.toml", CASE, Path::new("")).unwrap();

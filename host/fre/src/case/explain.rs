@@ -11,13 +11,7 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
         Some(found) => found.entry_holding(value).refuse(reason),
         None => table.refuse(field.key(), reason),
     };
-    let entry = |field: Field, index: usize, reason: String| {
-        let entries = table.find(field.key()).and_then(|value| value.entries(String::new, usize::MAX).ok());
-        match entries.as_ref().and_then(|entries| entries.get(index)) {
-            Some(value) => value.refuse(reason),
-            None => table.refuse(field.key(), reason),
-        }
-    };
+    let entry = |field: Field, index: usize, reason: String| table.refuse_entry(field.key(), index, reason);
     match error {
         DesignError::NotFinite { field, value } => number(field, value, "a finite number is needed".into()),
         DesignError::OutOfRange { field, value, min, max } => {
@@ -56,17 +50,21 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             Field::BackArcs.key(),
             format!("has {back} entries, front_arc_mm has {front}; they must be as many"),
         ),
-        DesignError::LamellaOutsideBeam { field, lamella, above, below, .. } => entry(
-            field,
-            lamella,
-            format!(
-                "lies outside the flexible beam; allowed is more than {} and less than {} mm",
-                rounded(above),
-                rounded(below)
-            ),
-        ),
-        DesignError::LamellaOrder { field, lamella, previous, .. } => {
-            entry(field, lamella, format!("must be larger than its predecessor {previous}"))
+        DesignError::LamellaOutsideBeam { field, lamella, value, above, below } => {
+            let allowed = format!("allowed is more than {} and less than {} mm", rounded(above), rounded(below));
+            match met(table, field, value) {
+                Some(met) => entry(Field::Heights, lamella, format!("{met}; {allowed}")),
+                None => entry(field, lamella, format!("lies outside the flexible beam; {allowed}")),
+            }
+        }
+        DesignError::LamellaOrder { field, lamella, value, previous } => {
+            let previous = rounded(previous);
+            match met(table, field, value) {
+                Some(met) => {
+                    entry(Field::Heights, lamella, format!("{met}; must be larger than its predecessor's {previous} mm"))
+                }
+                None => entry(field, lamella, format!("must be larger than its predecessor {previous}")),
+            }
         }
         DesignError::HingeCount { found, lamellae } => table.refuse(
             Field::HingeLength.key(),
@@ -111,6 +109,17 @@ pub(super) fn explain(table: &Table<'_>, error: DesignError) -> CaseError {
             entry(Field::HingeLength, lamella, reason)
         }
     }
+}
+
+/// Where an inclined lamella meets a beam, in words, if the file gives its height and angle instead of the arc.
+fn met(table: &Table<'_>, field: Field, arc: f64) -> Option<String> {
+    let beam = match field {
+        Field::FrontArcs => "front",
+        Field::BackArcs => "back",
+        _ => return None,
+    };
+    let is_made = table.find(field.key()).is_none();
+    is_made.then(|| format!("inclined by angle_deg, the lamella meets the {beam} beam {} mm along it", rounded(arc)))
 }
 
 /// The second number of a taper's pair that is this one: a position may be the same number.

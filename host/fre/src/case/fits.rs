@@ -1,6 +1,6 @@
 //! Parts of their thickness must not reach into each other.
 
-use model_core::design::{Attachments, Design, HingeKind};
+use model_core::design::{Design, Field, HingeKind};
 
 use super::error::CaseError;
 use super::explain::rounded;
@@ -79,17 +79,9 @@ pub(super) fn lamellae_apart(table: &Table<'_>, design: &Design) -> Result<(), C
             _ => (mean, "its thickness"),
         }
     };
-    let key = match design.lamellae.attachments {
-        Attachments::Heights(_) => "lamellae.heights_mm",
-        Attachments::Arcs { .. } => "lamellae.front_arc_mm",
-    };
-    let refuse = |lamella: usize, reason: String| {
-        let entries = table.find(key).and_then(|value| value.entries(String::new, usize::MAX).ok());
-        match entries.as_ref().and_then(|entries| entries.get(lamella)) {
-            Some(value) => value.refuse(reason),
-            None => table.refuse(key, reason),
-        }
-    };
+    let arcs = Field::FrontArcs.key();
+    let key = if table.find(arcs).is_some() { arcs } else { Field::Heights.key() };
+    let refuse = |lamella: usize, reason: String| table.refuse_entry(key, lamella, reason);
     let base = [design.front.base, design.back.base];
     let bars = Shape::undeformed(design).lamellae;
     for (lamella, bar) in bars.iter().enumerate() {

@@ -20,13 +20,6 @@ pub(super) fn attachments(
 ) -> Result<Attachments, CaseError> {
     let mut arcs = [heapless::Vec::new(), heapless::Vec::new()];
     for (lamella, (&height, angle)) in heights.iter().zip(angles).enumerate() {
-        let refuse = |key: &str, index: usize, reason: String| {
-            let entries = table.find(key).and_then(|value| value.entries(String::new, usize::MAX).ok());
-            match entries.as_ref().and_then(|entries| entries.get(index)) {
-                Some(value) => value.refuse(reason),
-                None => table.refuse(key, reason),
-            }
-        };
         let points = beams.map(|beam| beam.point(beam.arc_at_height(height)));
         let middle = [0, 1].map(|axis| 0.5 * (points[0][axis] + points[1][axis]));
         let (sin, cos) = angle.to_radians().sin_cos();
@@ -39,7 +32,7 @@ pub(super) fn attachments(
                     rounded(height),
                     rounded(*angle)
                 );
-                return Err(refuse("angle_deg", lamella, reason));
+                return Err(table.refuse_entry("angle_deg", lamella, reason));
             };
             // The lists are no longer than the schema allows.
             let _ = arcs[side].push(arc);

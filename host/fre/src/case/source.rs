@@ -173,6 +173,15 @@ impl<'d> Table<'d> {
         }
     }
 
+    /// The error of an array's entry; of the key itself if it holds no such entry.
+    pub(super) fn refuse_entry(&self, key: &str, index: usize, reason: impl Into<String>) -> CaseError {
+        let entries = self.find(key).and_then(|value| value.entries(String::new, usize::MAX).ok());
+        match entries.as_ref().and_then(|entries| entries.get(index)) {
+            Some(value) => value.refuse(reason),
+            None => self.refuse(key, reason),
+        }
+    }
+
     /// A value below this table by its dotted key.
     pub(super) fn find(&self, dotted: &str) -> Option<Value<'d>> {
         let mut table = self.clone();
