@@ -17,6 +17,7 @@ use crate::standard::{self, Target, is_standard};
 use fre::case::MAX_ANGLE;
 use fre::files::{Files, Output};
 use fre::study::choice;
+use fre::study::remedy::Remedy;
 use fre::study::sweep::{self, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
 use fre::study::warnings;
 
@@ -214,7 +215,8 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
     let case = document.case()?;
     let axes = args.vary.iter().map(|text| Axis::parse(text, elements)).collect::<Result<Vec<_>, _>>()?;
     let angles = args.angles.as_ref().map(|angles| angles.0.as_slice());
-    let sweep = Sweep::new(document, angles, axes, args.model.options())?.only(args.shard).with_shapes(args.shapes);
+    let options = args.model.options();
+    let sweep = Sweep::new(document, angles, axes, options)?.only(args.shard).with_shapes(args.shapes);
     // The Parquet file is made of the rows: it is replaced whenever they are complete.
     let mut files = Files::new(true);
     reads_case(&mut files, path)?;
@@ -253,7 +255,14 @@ fn work(args: &Args) -> Result<Tally, SweepError> {
         write_parquet(rows, parquet)?;
     }
     summarise(&sweep, &tally);
-    for warning in warnings::warnings(&case, &[]) {
+    let mut helps = Vec::new();
+    for &(row, status) in &tally.failures {
+        if let Some(remedy) = Remedy::of(&case, &options, status).filter(|remedy| !helps.contains(remedy)) {
+            tell!("fre: warning: row {row}: {status}: {remedy}");
+            helps.push(remedy);
+        }
+    }
+    for warning in warnings::warnings(&case, &options, &[]) {
         tell!("fre: warning: {warning}");
     }
     if sweep.has_resolutions() {

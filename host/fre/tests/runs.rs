@@ -5,11 +5,12 @@ use std::ops::ControlFlow;
 use fre::case::{Case, Coordinate};
 use fre::study::json::{Row, json};
 use fre::study::model::Options;
-use fre::study::place::{At, Place};
+use fre::study::place::{At, Effort, Place};
 use fre::study::run::{Run, Unsolved, solve, solve_watched};
-use fre::study::warnings::Warning;
+use fre::study::warnings::{Warning, warnings};
 use fre::study::{course, csv, text};
 use model_core::discretise::{Discretisation, Physics, Scheme, Softness};
+use model_core::newton::Hessian;
 use model_core::status::Status;
 
 const CASE: &str = "finger = \"preset:ladder-80\"\nobject = { shape = \"circle\", radius_mm = 40, centre_mm = [41, 45] }\n\
@@ -147,6 +148,41 @@ const NARROW: &str = "[finger]\nname = \"narrow\"\nwidth_mm = 20\n[finger.materi
     thickness_mm = 1.6\n[finger.lamellae]\nkind = \"rib\"\nheights_mm = [10, 14, 18, 22, 26, 30, 34, 38, 42, 46, 50, 54, 58, 62]\n\
     thickness_mm = 0.8\n[finger.motor]\naxis_mm = [-14, -20]\n[object]\nshape = \"circle\"\nradius_mm = 20\ncentre_mm = [21, 40]\n\
     [motion]\nmotor_angles_deg = [2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22]\n";
+
+/// Where the solver has failed and other options are known to help, that is said, once.
+#[test]
+fn a_failure_of_the_solver_has_its_remedy() {
+    let text = "finger = \"preset:umi\"\nobject = { shape = \"circle\", radius_mm = 20, centre_mm = [25, 50] }\n\
+                motion = { direction = [1, 0], distances_mm = [7, 8, 9] }\n";
+    let case = Case::parse("case.toml", text).unwrap();
+    let said = |options: &Options, status: Status| -> Vec<String> {
+        let place = |at: f64| Place {
+            at: At::Distance(at),
+            time_s: None,
+            status: if at > 7.0 { status } else { Status::NoContact },
+            effort: Effort::default(),
+            branch: None,
+            overlap_mm: None,
+            state: None,
+        };
+        warnings(&case, options, &[7.0, 8.0, 9.0].map(place)).iter().map(ToString::to_string).collect()
+    };
+    let fine = Options::default();
+    let hard = Discretisation { softness: Softness::Fixed(0.0), ..fine.discretisation };
+    let hard = Options { discretisation: hard, ..fine };
+    let gauss_newton = Options { hessian: Hessian::GaussNewton, ..fine };
+    for (options, status) in [(fine, Status::Unsettled), (fine, Status::Stagnated), (hard, Status::Folded)] {
+        assert_eq!(said(&options, status), Vec::<String>::new(), "{status}");
+    }
+    let texts = [said(&hard, Status::Unsettled), said(&gauss_newton, Status::Stagnated)].concat();
+    snapbox::assert_data_eq!(
+        texts.join("\n"),
+        snapbox::str![[r#"
+at 8 mm: unsettled: the contact has no softness, which is the default with contact at nodes; --softness-mm-per-n 1e-3 usually settles it, and changes the force by less than 1 %
+at 8 mm: stagnated: gauss-newton has failed, not the finger; --hessian newton usually solves the place
+"#]]
+    );
+}
 
 #[test]
 fn ribs_that_meet_are_warned_of_from_there_on() {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use fre::study::branch::next_branch;
 use fre::study::json::Row;
-use fre::study::model::{Model, Precision};
+use fre::study::model::{Model, Options, Precision};
 use fre::study::overlap;
 use fre::study::place::Place;
 use fre::study::run::{Run, Walk};
@@ -26,6 +26,7 @@ pub(crate) struct Follower {
     walking: Walking,
     case: Arc<fre::case::Case>,
     model: Model,
+    options: Options,
     branch: Option<u32>,
     /// Time that has passed, s; none before any has.
     time_s: Option<f64>,
@@ -49,7 +50,7 @@ impl Follower {
                 (Walking::Double(Box::new(walk)), model)
             }
         };
-        Ok(Self { walking, case, model, branch: Some(1), time_s: None })
+        Ok(Self { walking, case, model, options, branch: Some(1), time_s: None })
     }
 
     /// Goes to a motor angle (degrees) or distance (mm) within a time, s; the JSON of the place.
@@ -77,7 +78,12 @@ impl Follower {
             place.time_s = self.time_s;
             place.overlap_mm = overlap::depth(&self.case, &place);
             let places = vec![place];
-            let run = Run { model: self.model, first_branch: None, warnings: warnings(&self.case, &places), places };
+            let run = Run {
+                model: self.model,
+                first_branch: None,
+                warnings: warnings(&self.case, &self.options, &places),
+                places,
+            };
             serde_json::to_string(&Row::new(&run, &run.places[0])).map_err(|error| value(error.to_string()))
         })
     }

@@ -17,6 +17,7 @@ pub mod overlap;
 pub mod pictures;
 pub mod place;
 pub mod pressure;
+pub mod remedy;
 pub mod run;
 pub mod self_contact;
 pub mod sensitivity;

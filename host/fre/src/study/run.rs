@@ -308,7 +308,7 @@ fn solve_in<T: Real, B>(case: &Case, options: &Options, watch: Watch<'_, B>) -> 
         place.branch = branch;
         place.overlap_mm = overlap::depth(case, place);
     }
-    Ok(Run { model: walk.model(), first_branch, warnings: warnings(case, &places), places })
+    Ok(Run { model: walk.model(), first_branch, warnings: warnings(case, options, &places), places })
 }
 
 /// What a follower has found at its place.

@@ -8,9 +8,11 @@ use model_core::equilibrium::Buckling;
 use model_core::status::Status;
 
 use crate::case::Case;
+use crate::study::model::Options;
 use crate::study::number::short;
 use crate::study::overlap::{self, Overlap};
 use crate::study::place::{At, Place};
+use crate::study::remedy::Remedy;
 use crate::study::self_contact::SelfContact;
 use crate::study::strains::Beyond;
 
@@ -36,6 +38,15 @@ pub enum Warning {
         at: At,
         /// What happened.
         why: Loss,
+    },
+    /// The solver has failed, and other options are known to help.
+    Unsolved {
+        /// The first place with this status.
+        at: At,
+        /// How it failed.
+        status: Status,
+        /// What helps.
+        remedy: Remedy,
     },
     /// The object reaches into a part without contact, the most at this place.
     Reached(Overlap),
@@ -103,6 +114,7 @@ impl Warning {
         match self {
             Self::Friction | Self::Memory | Self::Sudden | Self::RigidLamellae | Self::Taper(_) => None,
             Self::Lost { at, .. }
+            | Self::Unsolved { at, .. }
             | Self::Touching { at, .. }
             | Self::Buckling { at, .. }
             | Self::Strained { at, .. } => Some(*at),
@@ -152,6 +164,7 @@ impl fmt::Display for Warning {
                 };
                 write!(f, "at {at}: out-of-range: {why}; later places have results again once the hand has been open")
             }
+            Self::Unsolved { at, status, remedy } => write!(f, "at {at}: {status}: {remedy}"),
             Self::Reached(Overlap { part, depth, at }) => write!(
                 f,
                 "the object reaches {depth:.1} mm into {} (at {at}), which the model lets it pass through: check where the case \
@@ -175,7 +188,7 @@ impl fmt::Display for Warning {
 }
 
 /// Warnings about a case and its results, those about the finger first; without places those about the case alone.
-pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
+pub fn warnings(case: &Case, options: &Options, places: &[Place]) -> Vec<Warning> {
     (case.friction > 0.0)
         .then_some(Warning::Friction)
         .into_iter()
@@ -183,6 +196,7 @@ pub fn warnings(case: &Case, places: &[Place]) -> Vec<Warning> {
         .chain(left_out(case))
         .chain(tapers(case))
         .chain(lost(case, places))
+        .chain(unsolved(case, options, places))
         .chain(overlap::worst(case, places).into_iter().map(Warning::Reached))
         .chain(touching(places))
         .chain(buckling(places))
@@ -247,6 +261,14 @@ fn lost(case: &Case, places: &[Place]) -> Option<Warning> {
     Some(Warning::Lost { at, why })
 }
 
+/// The first place at which the solver has failed in a way that other options are known to help against.
+fn unsolved(case: &Case, options: &Options, places: &[Place]) -> Option<Warning> {
+    places.iter().find_map(|&Place { at, status, .. }| {
+        let remedy = Remedy::of(case, options, status)?;
+        Some(Warning::Unsolved { at, status, remedy })
+    })
+}
+
 /// Where parts of the finger touch each other, and where they do so the most.
 fn touching(places: &[Place]) -> Option<Warning> {
     let found = places.iter().filter_map(|place| Some((place.at, place.state.as_ref()?.self_contact?)));
@@ -288,7 +310,7 @@ mod tests {
                     motion.motor_angles_deg = [2]\n";
         let mut case = Case::parse("case.toml", text).unwrap();
         change(&mut case.finger.design);
-        warnings(&case, &[]).iter().map(Warning::to_string).collect()
+        warnings(&case, &Options::default(), &[]).iter().map(Warning::to_string).collect()
     }
 
     fn taper(knots: &[[f64; 2]]) -> Profile {
