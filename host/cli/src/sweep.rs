@@ -18,11 +18,9 @@ use fre::case::MAX_ANGLE;
 use fre::files::{Files, Output};
 use fre::study::choice;
 use fre::study::remedy::Remedy;
-use fre::study::sweep::{self, Axis, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
+use fre::study::sweep::{self, Axis, LISTED, Ledger, Merge, Progress, Shard, Sweep, SweepError, Tally, Tuned};
 use fre::study::warnings;
 
-/// Failures that are listed one by one.
-const MOST_TOLD: usize = 20;
 /// Most threads that --jobs may ask for.
 const MOST_JOBS: i64 = 1024;
 
@@ -86,7 +84,10 @@ pub struct Args {
 enum Action {
     /// Make one file of all shards of a sweep
     ///
-    /// The file is that of the whole sweep on one machine, but for the times. The shards' own files stay.
+    /// The file is that of the whole sweep on one machine, but for the times. The shards' own files stay. The rows' statuses are counted, and
+    /// failures listed, as at the end of a sweep.
+    ///
+    /// Exit status: 0 all rows converged; 1 bad input; 2 some row has no trustworthy solution.
     Merge {
         /// The shards' files, in any order, each with its .sweep file beside it
         #[arg(value_name = "SHARD.csv", required = true)]
@@ -133,13 +134,11 @@ fn elements(word: &str) -> Result<Elements, String> {
 
 /// Runs the command.
 pub fn run(args: &Args) -> ExitCode {
-    if let Some(Action::Merge { shards, out, parquet, force }) = &args.action {
-        return match merge(shards, out, parquet.as_deref(), *force) {
-            Ok(()) => ExitCode::SUCCESS,
-            Err(error) => bad_input(&error),
-        };
-    }
-    match work(args) {
+    let done = match &args.action {
+        Some(Action::Merge { shards, out, parquet, force }) => merge(shards, out, parquet.as_deref(), *force),
+        None => work(args),
+    };
+    match done {
         Ok(tally) if tally.failures.is_empty() => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(UNTRUSTWORTHY),
         // A reader that stops early (`fre … | head`) is no failure.
@@ -153,8 +152,8 @@ pub fn run(args: &Args) -> ExitCode {
 /// What the file is called that says of which sweep another one is.
 const BESIDE: &str = "the file beside --out";
 
-/// Makes one file of shards.
-fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArgs) -> Result<(), SweepError> {
+/// Makes one file of shards, and says what came of them.
+fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArgs) -> Result<Tally, SweepError> {
     let mut files = force.files();
     for shard in shards {
         files.input(shard, "a shard")?;
@@ -167,17 +166,19 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
     let parquet = parquet_of(&mut files, parquet, Some(out).filter(|path| !is_standard(path)))?;
     let merge = Merge::of(shards)?;
     let mut draft = rows.draft()?;
-    let count = merge.write(&mut draft)?;
+    let merged = merge.write(&mut draft)?;
     draft.finish()?;
-    if is_standard(out) {
-        return Ok(());
+    let place = if is_standard(out) { String::new() } else { format!(" are in {}", out.display()) };
+    if !is_standard(out) {
+        merge.name(out)?;
     }
-    merge.name(out)?;
     if let Some(parquet) = parquet {
         write_parquet(out, parquet)?;
     }
-    tell!("fre: {count} rows of {} shards are in {}", shards.len(), out.display());
-    Ok(())
+    let rows = merged.rows;
+    tell!("fre: {rows} rows of {} shards{place}: {}", shards.len(), counts(&merged.tally));
+    list(&merged.tally, rows, |row| merged.place(row).to_owned());
+    Ok(merged.tally)
 }
 
 /// The Parquet file, if one is asked for. It is made of the file of the rows.
@@ -352,14 +353,23 @@ fn place_words(sweep: &Sweep, row: usize) -> String {
 
 /// Prints the outcome on standard error, with the first failures.
 fn summarise(sweep: &Sweep, tally: &Tally) {
-    let counts: Vec<String> = tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect();
     let earlier = if tally.resumed > 0 { format!(", {} from before", tally.resumed) } else { String::new() };
-    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.own_rows(), tally.computed, counts.join(", "));
-    for &(row, status) in tally.failures.iter().take(MOST_TOLD) {
-        tell!("fre: row {row}: {status}: {}", place_words(sweep, row));
+    tell!("fre: {} rows ({} computed{earlier}): {}", sweep.own_rows(), tally.computed, counts(tally));
+    list(tally, sweep.own_rows(), |row| place_words(sweep, row));
+}
+
+/// How many rows have which status.
+fn counts(tally: &Tally) -> String {
+    tally.statuses.iter().map(|(word, count)| format!("{count} {word}")).collect::<Vec<_>>().join(", ")
+}
+
+/// Lists the first failures, and the first row of each warning.
+fn list(tally: &Tally, all: usize, place: impl Fn(usize) -> String) {
+    for &(row, status) in tally.failures.iter().take(LISTED) {
+        tell!("fre: row {row}: {status}: {}", place(row));
     }
-    if tally.failures.len() > MOST_TOLD {
-        tell!("fre: and {} more; see the status in their rows", tally.failures.len() - MOST_TOLD);
+    if tally.failures.len() > LISTED {
+        tell!("fre: and {} more; see the status in their rows", tally.failures.len() - LISTED);
     }
     for (rows, what) in [
         (
@@ -372,12 +382,7 @@ fn summarise(sweep: &Sweep, tally: &Tally) {
         ),
     ] {
         if let Some(&first) = rows.first() {
-            tell!(
-                "fre: warning: {} of {} rows {what}; the first is row {first}: {}",
-                rows.len(),
-                sweep.own_rows(),
-                place_words(sweep, first)
-            );
+            tell!("fre: warning: {} of {all} rows {what}; the first is row {first}: {}", rows.len(), place(first));
         }
     }
 }

@@ -185,7 +185,7 @@ pub(crate) fn merge(
         let parquet = parquet.as_deref().map(|path| files.output(path, "parquet")).transpose()?;
         let merge = Merge::of(&shards)?;
         let mut draft = rows.draft()?;
-        let count = merge.write(&mut draft)?;
+        let count = merge.write(&mut draft)?.rows;
         draft.finish()?;
         merge.name(&out)?;
         if let Some(parquet) = parquet {

@@ -36,6 +36,19 @@ impl Known {
     pub fn of(place: &Place) -> Self {
         Self { status: place.status, strained: place.is_overstrained(), overlaps: place.overlap_mm.is_some() }
     }
+
+    /// Of a row's cells; none if it has no status.
+    pub(super) fn read(columns: &[&str], cells: &[&str]) -> Option<Self> {
+        let cell = |column: &str| {
+            let at = columns.iter().position(|name| *name == column)?;
+            cells.get(at).copied()
+        };
+        Some(Self {
+            status: status_of(cell("status")?)?,
+            strained: cell("beyond_max_strain") == Some("true"),
+            overlaps: cell("overlap_mm").is_some_and(|cell| !cell.is_empty()),
+        })
+    }
 }
 
 /// The rows of a sweep that are known, and the file that holds them.
@@ -273,11 +286,6 @@ fn read_row(line: &str, columns: &[&str], sweep: &Sweep) -> Option<(usize, Known
     let fits = row < sweep.rows()
         && sweep.has(row / sweep.places().len())
         && sweep.words(row / sweep.places().len()) == cells[1..=axes];
-    let status = status_of(cells.get(1 + axes)?)?;
-    let has = |column: &str, so: &dyn Fn(&str) -> bool| {
-        columns.iter().zip(&cells).any(|(name, cell)| *name == column && so(cell))
-    };
-    let (strained, overlaps) =
-        (has("beyond_max_strain", &|cell| cell == "true"), has("overlap_mm", &|cell| !cell.is_empty()));
-    fits.then_some((row, Known { status, strained, overlaps }))
+    let known = Known::read(columns, &cells)?;
+    fits.then_some((row, known))
 }

@@ -1,12 +1,16 @@
 //! The shards of a sweep as one file, which is that of the whole sweep.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead as _, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use super::error::SweepError;
 use super::identity::Identity;
+use super::ledger::Known;
 use super::shard::Shard;
+use super::work::Tally;
+use crate::case::Coordinate;
 
 /// A shard's file, read line by line.
 struct Part {
@@ -34,6 +38,41 @@ impl Part {
 
 fn foreign(path: &Path, reason: impl Into<String>) -> SweepError {
     SweepError::Part { file: path.display().to_string(), reason: reason.into() }
+}
+
+/// What came of all shards together.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Merged {
+    /// Rows of the whole sweep.
+    pub rows: usize,
+    /// What came of them.
+    pub tally: Tally,
+    /// Point and place of those that are listed one by one.
+    places: BTreeMap<usize, String>,
+}
+
+impl Merged {
+    /// Point and place of a row that is listed: "object.radius_mm=20 at 8°".
+    pub fn place(&self, row: usize) -> &str {
+        self.places.get(&row).map_or("", String::as_str)
+    }
+
+    /// Counts a row; `None` if it is not a sweep's.
+    fn add(&mut self, row: usize, line: &str, columns: &[&str], axes: usize) -> Option<()> {
+        let cells: Vec<&str> = line.trim_end().split(',').collect();
+        self.tally.add(row, &Known::read(columns, &cells)?);
+        if self.tally.lists(row) {
+            let mut named = columns.iter().zip(&cells);
+            let point: Vec<String> =
+                named.by_ref().skip(1).take(axes).map(|(key, cell)| format!("{key}={cell}")).collect();
+            let along = |name: &str| Coordinate::ALL.into_iter().find(|along| along.column() == name);
+            let (along, cell) = named.find_map(|(name, cell)| Some((along(name)?, cell)))?;
+            let point = point.join(" ");
+            let before = if point.is_empty() { "" } else { " at " };
+            self.places.insert(row, format!("{point}{before}{cell}{}", along.unit()));
+        }
+        Some(())
+    }
 }
 
 /// Which sweep a set of files of rows is the whole of.
@@ -78,11 +117,11 @@ impl Merge {
         Ok(Self { paths: found.into_iter().map(|(_, path)| path).collect(), identity })
     }
 
-    /// Writes the rows of all files in their order, to be followed by [`Self::name`]; gives their number.
+    /// Writes the rows of all files in their order, to be followed by [`Self::name`]; gives what came of them.
     ///
     /// # Errors
     /// A file cannot be read or written, or a shard is not complete.
-    pub fn write(&self, out: &mut impl Write) -> Result<usize, SweepError> {
+    pub fn write(&self, out: &mut impl Write) -> Result<Merged, SweepError> {
         let written = |source| SweepError::File { file: "the merged rows".to_owned(), source };
         let (mut parts, mut head) = (Vec::new(), None);
         for path in &self.paths {
@@ -97,13 +136,18 @@ impl Merge {
             part.advance()?;
             parts.push(part);
         }
-        out.write_all(head.unwrap_or_default().as_bytes()).map_err(written)?;
+        let head = head.unwrap_or_default();
+        let columns: Vec<&str> = head.trim_end().split(',').collect();
+        let mut merged = Merged { rows: self.identity.rows, ..Merged::default() };
+        out.write_all(head.as_bytes()).map_err(written)?;
         for row in 0..self.identity.rows {
             let Some(part) = parts.iter_mut().find(|part| part.next.as_ref().is_some_and(|(next, _)| *next == row))
             else {
                 return Err(SweepError::Incomplete { row });
             };
             if let Some((_, line)) = part.next.take() {
+                let known = merged.add(row, &line, &columns, self.identity.axes.len());
+                known.ok_or_else(|| foreign(&part.path, format!("has no status in row {row}")))?;
                 out.write_all(line.as_bytes()).map_err(written)?;
             }
             part.advance()?;
@@ -111,7 +155,7 @@ impl Merge {
         if let Some(part) = parts.iter().find(|part| part.next.is_some()) {
             return Err(foreign(&part.path, "has rows that are not of this sweep, or twice"));
         }
-        Ok(self.identity.rows)
+        Ok(merged)
     }
 
     /// Names the sweep beside the file that the rows were written to, as [`super::Ledger`] does: it goes on there, finding all rows.

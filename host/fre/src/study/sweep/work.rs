@@ -19,6 +19,9 @@ const BEAT: Duration = Duration::from_millis(250);
 /// Points that are checked between two reports.
 const CHECKED_AT_ONCE: usize = 1024;
 
+/// Failures that are listed one by one.
+pub const LISTED: usize = 20;
+
 /// How far a sweep is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
@@ -55,15 +58,28 @@ impl Tally {
     fn of(rows: &[Option<Known>], computed: usize, resumed: usize) -> Self {
         let mut tally = Self { computed, resumed, ..Self::default() };
         for (row, known) in rows.iter().enumerate() {
-            let &Some(Known { status, strained, overlaps }) = known else { continue };
-            tally.strained.extend(strained.then_some(row));
-            tally.overlapping.extend(overlaps.then_some(row));
-            *tally.statuses.entry(status.word()).or_default() += 1;
-            if !status.is_trustworthy() {
-                tally.failures.push((row, status));
+            if let Some(known) = known {
+                tally.add(row, known);
             }
         }
         tally
+    }
+
+    /// Counts a row.
+    pub(super) fn add(&mut self, row: usize, known: &Known) {
+        let &Known { status, strained, overlaps } = known;
+        self.strained.extend(strained.then_some(row));
+        self.overlapping.extend(overlaps.then_some(row));
+        *self.statuses.entry(status.word()).or_default() += 1;
+        if !status.is_trustworthy() {
+            self.failures.push((row, status));
+        }
+    }
+
+    /// True if a row is among those that are listed one by one: the first failures, and the first of each warning.
+    pub fn lists(&self, row: usize) -> bool {
+        let failures = self.failures.iter().take(LISTED).map(|(row, _)| row);
+        failures.chain(self.strained.first()).chain(self.overlapping.first()).any(|listed| *listed == row)
     }
 }
 
