@@ -171,6 +171,7 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     if options.precision != Precision::F64 {
         return Err("--precision f32: a fit needs f64".to_owned());
     }
+    one_document(args)?;
     if let Some(path) = &args.plan {
         return plan(args, path);
     }
@@ -214,6 +215,22 @@ fn calibrate(args: &Args) -> Result<bool, String> {
         }
     }
     Ok(whole)
+}
+
+/// Refuses two documents on standard output; the results as text give way to another one.
+fn one_document(args: &Args) -> Result<(), String> {
+    let there = |path: &Option<PathBuf>| path.as_deref().is_some_and(is_standard);
+    let documents = [
+        ("--write -", there(&args.write)),
+        ("--plan -", there(&args.plan)),
+        ("--plot -", args.plot.takes_output()),
+        ("--format json", matches!(args.format, Format::Json)),
+    ];
+    let mut named = documents.into_iter().filter_map(|(option, is_there)| is_there.then_some(option));
+    match (named.next(), named.next()) {
+        (Some(one), Some(other)) => Err(format!("{one} and {other}: standard output has room for one of them")),
+        _ => Ok(()),
+    }
 }
 
 /// Refuses what cannot be fitted to these cases.
