@@ -107,10 +107,7 @@ fn serve(args: &Args) -> Result<(), String> {
         object: Object { design: case.object, friction: case.friction },
     };
     let given = (!args.fresh).then_some(&given);
-    let mut sim = Sim::boot(args.firmware.clone(), args.icount, servo, given).map_err(|error| {
-        let built = if args.firmware.is_file() { "" } else { "; `cargo xtask firmware mps2` builds it" };
-        format!("{error}{built}")
-    })?;
+    let mut sim = Sim::boot(args.firmware.clone(), args.icount, servo, given).map_err(|error| error.to_string())?;
     let link = sim.address();
     put_out(&format!("link {link}\n\nfre monitor --link {link}\nfre gripper --link {link} info\nready\n"))?;
     while !stop.load(Ordering::Relaxed) {

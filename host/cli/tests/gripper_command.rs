@@ -508,7 +508,14 @@ fn a_simulated_gripper_serves_several_programs() {
     std::fs::write(&case, CASE).unwrap();
     let case = case.to_str().unwrap();
     let (code, _, errors) = fre(&["sim", case, "--firmware", "/nowhere"]);
-    assert!(code == Some(1) && errors.contains("cargo xtask firmware mps2"), "{code:?} {errors}");
+    assert_eq!(code, Some(1));
+    snapbox::assert_data_eq!(
+        errors,
+        snapbox::str![[r#"
+fre: /nowhere is not a file; `cargo xtask firmware mps2` builds it
+
+"#]]
+    );
     let firmware = firmware();
     let coarse = ["--elements", "reduced", "--scheme", "simpson"];
     let (mut sim, mut lines) = Program::start(&[&["sim", case, "--firmware", &firmware], &coarse[..]].concat());
