@@ -44,7 +44,7 @@ enum Action {
     /// Change settings by KEY=VALUE, and give a finger the design and object of a case
     Set {
         /// What to change; `get` shows the keys
-        #[arg(value_name = "KEY=VALUE")]
+        #[arg(value_name = "KEY=VALUE", required_unless_present = "case")]
         pairs: Vec<String>,
         /// Takes finger and object from a case file
         #[arg(long, value_name = "CASE.toml")]
@@ -149,17 +149,15 @@ fn act(address: &Address, action: &Action) -> Result<ExitCode, Box<dyn std::erro
             // Nothing is sent of what does not fit together.
             let case = case.as_ref().map(|path| Ok::<_, CaseError>((standard::name(path), standard::case(path)?)));
             let case = case.transpose()?;
-            if !pairs.is_empty() || case.is_some() {
-                let mut settings = link.settings()?;
-                pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
-                let mount = settings.fingers.get(usize::from(*finger)).copied().flatten();
-                if let (Some((name, case)), Some(mount)) = (&case, mount) {
-                    let fits = fits_finger(&case.path.motion, &mount.drive, usize::from(*finger));
-                    fits.map_err(|why| format!("{name}: {why}"))?;
-                }
-                if !pairs.is_empty() {
-                    link.set_settings(&settings)?;
-                }
+            let mut settings = link.settings()?;
+            pairs.iter().try_for_each(|pair| set(&mut settings, pair))?;
+            let mount = settings.fingers.get(usize::from(*finger)).copied().flatten();
+            if let (Some((name, case)), Some(mount)) = (&case, mount) {
+                let fits = fits_finger(&case.path.motion, &mount.drive, usize::from(*finger));
+                fits.map_err(|why| format!("{name}: {why}"))?;
+            }
+            if !pairs.is_empty() {
+                link.set_settings(&settings)?;
             }
             if let Some((_, case)) = case {
                 let how = Discretisation::estimator(physics.physics());

@@ -170,6 +170,9 @@ pub fn run(args: &Args) -> ExitCode {
 }
 
 fn serve(args: &Args) -> Result<(), String> {
+    if args.wire_time && matches!(args.clock, ClockWord::Requests) {
+        return Err("--wire-time: means nothing with --clock requests; allowed is --clock wall".to_owned());
+    }
     let load = Arc::new(args.load.load(args.load.case()?.as_ref(), &args.model)?);
     let factory = Config::of(args.servo);
     let config = Config {
