@@ -1,6 +1,6 @@
 //! How a command ends: its exit status, and what it says on standard error. Every line there that is not a table begins with `fre: `.
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicU8, Ordering};
 
@@ -72,8 +72,12 @@ pub fn bad_input(error: &dyn std::fmt::Display) -> ExitCode {
 /// Says what was wrong with the arguments, or shows the help that was asked for.
 pub fn arguments(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
-        let _ = error.print();
-        return ExitCode::SUCCESS;
+        let mut out = anstream::stdout();
+        let shown = write!(out, "{}", error.render().ansi()).and_then(|()| out.flush());
+        return match shown {
+            Err(error) if error.kind() != ErrorKind::BrokenPipe => bad_input(&format!("standard output: {error}")),
+            _ => ExitCode::SUCCESS,
+        };
     }
     let text = error.render().ansi().to_string();
     // The library begins with a word of its own, in its style.
