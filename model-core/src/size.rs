@@ -224,7 +224,7 @@ fixed_size!(
 mod tests {
     use super::*;
     use crate::design::tests::set_heights;
-    use crate::design::{HingeKind, ladder_80};
+    use crate::design::{HingeKind, RibEnds, ladder_80};
     use crate::discretise::{Discretisation, DiscretiseError, Physics, discretise};
     use crate::model::Model;
     use crate::newton::Workspace;
@@ -250,6 +250,27 @@ mod tests {
         std::println!("two terms of memory: {terms} bytes");
         assert!(terms <= 4096, "{terms}");
         assert!(paper.0 <= 96 * 1024, "{paper:?}");
+    }
+
+    /// A rigid tip needs samples of its own, and ribs with necks more nodes.
+    #[test]
+    fn reduced_has_room_for_seven_rungs_or_fewer_ribs() {
+        let most = |ends: Option<RibEnds>, rigid_above: Option<f64>| {
+            let fits = |count: &usize| {
+                let mut design = ladder_80();
+                set_heights(&mut design, *count);
+                if let Some(ends) = ends {
+                    crate::design::tests::ribs(&mut design, 3.0).ends = ends;
+                }
+                design.rigid_above = rigid_above;
+                let mut model: std::boxed::Box<Model<f32, Reduced>> = std::boxed::Box::new(Model::EMPTY);
+                discretise(&design, &Discretisation::estimator(Physics::Extended), &mut model).is_ok()
+            };
+            (1..=8).take_while(fits).last()
+        };
+        let (welded, hinged, tip) = (Some(RibEnds::Welded), Some(RibEnds::Hinged), Some(70.0));
+        let found = [most(None, None), most(welded, None), most(welded, tip), most(hinged, None), most(hinged, tip)];
+        assert_eq!(found, [Some(7), Some(7), Some(6), Some(5), Some(5)]);
     }
 
     /// Sixteen rungs of every kind find room, a seventeenth does not.

@@ -37,9 +37,9 @@ const FRONT: &str = "front.svg";
 /// front beam, mm), strain up to A (a share), snap up to A (where the finger snaps through), mass [of KG_PER_M3]. A and B are motor
 /// angles in degrees, or distances in mm of a parallel gripper; the finger closes from 0.
 ///
-/// The optimiser is SLSQP. It starts from the case as it is and from random designs. Derivatives of forces come from the solver, those of
-/// strains, stiffness, spread and snap-throughs from differences of solved cases. With several objects (--also) a measure counts by its
-/// worst one. With --out, a search that was stopped continues where it was when it is started again with the same arguments.
+/// The optimiser is SLSQP. It starts from the case as it is and from random designs. Derivatives come from the solver, but those of
+/// snap-throughs from differences of solved cases. With several objects (--also) a measure counts by its worst one. With --out, a search
+/// that was stopped continues where it was when it is started again with the same arguments.
 ///
 /// Exit status: 0 all limits are kept; 1 bad input; 2 no start keeps all limits.
 #[derive(Debug, clap::Args)]
