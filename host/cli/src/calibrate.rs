@@ -185,13 +185,10 @@ fn calibrate(args: &Args) -> Result<bool, String> {
     let mut line = ProgressLine::new(false);
     let found = fit_watched(&model, &input.runs, &args.fit, &noise, |progress| {
         line.show(false, || format!("fitting: pass {} of at most {}", progress.passes, progress.most));
-        ControlFlow::<Infallible>::Continue(())
+        ControlFlow::Continue(())
     });
     line.wipe();
-    let found = found.map_err(|error| match error {
-        FitError::Discretise(error) => failed(args, &error),
-        FitError::Stopped(never) => match never {},
-    })?;
+    let found = found.map_err(|error| failed(args, error))?;
     let text = match args.format {
         Format::Text => text(&input, &found),
         Format::Json => serde_json::to_string_pretty(&document(&input, &found)).map_err(|e| e.to_string())? + "\n",
@@ -272,10 +269,14 @@ fn planned(args: &Args) -> &'static [Quantity] {
 }
 
 /// What went wrong with the model, with the case that it is of.
-fn failed(args: &Args, error: &DiscretiseError) -> String {
+fn failed(args: &Args, error: FitError<Infallible>) -> String {
     match error {
-        DiscretiseError::Design(error) => format!("{}: finger.{error}", args.cases[0].display()),
-        error => refused(error),
+        FitError::Discretise(DiscretiseError::Design(error)) => {
+            format!("{}: finger.{error}", args.cases[0].display())
+        }
+        FitError::Discretise(error) => refused(&error),
+        FitError::NoParameters => format!("--fit: {error}"),
+        FitError::Stopped(never) => match never {},
     }
 }
 
@@ -297,7 +298,7 @@ fn plan(args: &Args, path: &Path) -> Result<bool, String> {
     let (design, discretisation) = (input.finger.design.clone(), args.model.options().discretisation);
     let model = Predictor { design: &design, discretisation, drive: input.drive, prony: &prony };
     let noise = noise(args);
-    let found = expect(&model, &mut input, &args.fit, planned(args), &noise).map_err(|error| failed(args, &error))?;
+    let found = expect(&model, &mut input, &args.fit, planned(args), &noise).map_err(|error| failed(args, error))?;
     if !is_standard(path) {
         put_out(&match args.format {
             Format::Text => plan_text(&plan, &input, &found, &noise),

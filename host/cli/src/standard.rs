@@ -31,10 +31,14 @@ fn claim() -> Result<(), &'static str> {
 
 /// The text on standard input.
 fn text() -> Result<String, CaseError> {
-    let unreadable = |reason: String| CaseError::Unreadable { file: INPUT.to_owned(), reason };
-    claim().map_err(|reason| unreadable(reason.to_owned()))?;
+    let unreadable = |error: std::io::Error| CaseError::Unreadable {
+        file: INPUT.to_owned(),
+        kind: error.kind(),
+        reason: error.to_string(),
+    };
+    claim().map_err(|reason| unreadable(std::io::Error::other(reason)))?;
     let mut text = String::new();
-    std::io::stdin().read_to_string(&mut text).map_err(|error| unreadable(error.to_string()))?;
+    std::io::stdin().read_to_string(&mut text).map_err(unreadable)?;
     Ok(text)
 }
 

@@ -3,7 +3,7 @@
 use fre::case::{Document, preset};
 use fre::fit::calibrate::synthetic::{Errors, Protocol, draw};
 use fre::fit::calibrate::{
-    Fit, Input, Noise, Parameter, Plan, Predictor, Reading, Readings, Trial, fit, fitted_finger,
+    Fit, FitError, Input, Noise, Parameter, Plan, Predictor, Reading, Readings, Trial, fit, fitted_finger,
 };
 use fre::fit::measured::Measured;
 use model_core::design::Design;
@@ -61,6 +61,19 @@ fn drawn(design: &Design, seed: u64) -> Readings {
 fn fitted(design: &Design, run: Readings) -> Fit {
     let noise = Noise { angle_deg: 1e-3, ..Noise::default() };
     fit(&model(design), &[run], &PARAMETERS, &noise).unwrap()
+}
+
+#[test]
+fn without_anything_to_fit_there_is_no_fit() {
+    let design = preset("ladder-80").unwrap().unwrap().design;
+    let none = fit(&model(&design), &[drawn(&design, 0)], &[], &Noise::default()).unwrap_err();
+    assert_eq!(none, FitError::NoParameters);
+    let words = none.to_string();
+    assert!(words.starts_with("at least one parameter to fit is needed; allowed is youngs-modulus, "), "{words}");
+    let case = "finger = \"preset:ladder-80\"\n[object]\nshape = \"circle\"\nradius_mm = 40\ncentre_mm = [41, 45]\n[motion]\nmotor_angles_deg = [2]\n";
+    let document = Document::resolve("case.toml", case, std::path::Path::new("")).unwrap();
+    let none = Input::of(&[], vec![("case.toml".to_owned(), document)], false, Drive::Rotating).unwrap_err();
+    assert_eq!(none.to_string(), "at least one file of measurements is needed");
 }
 
 #[test]

@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 
 use fre::case::Document;
-use fre::optimise::{Log, OptimiseError, Problem, ProblemError, Report, Settings, best, front, front_text, optimise};
+use fre::optimise::{
+    Log, OptimiseError, Problem, ProblemError, Report, Settings, best, front, front_text, optimise, value,
+};
 use fre::study::choice::elements;
 use fre::study::model::Options;
 use fre::study::run;
@@ -208,6 +210,19 @@ fn a_snap_through_is_placed_where_a_run_finds_it() {
     let run = run::solve(&case, &options("reduced")).expect("solved");
     let [low, high] = run.first_branch.and_then(|branch| branch.snap_between()).expect("a snap-through");
     assert!(low - 1e-3 <= at && at <= high + 1e-3, "{at} is not in {low} to {high}");
+}
+
+#[test]
+fn a_measure_beyond_the_motion_has_no_value() {
+    let case = document(CASE).case().expect("a case");
+    for words in ["force at -1e9", "strain up to 180.5", "mean-force over 0:200:50"] {
+        let measure = words.parse().expect("a measure");
+        let error = value(&case, measure, &options("reduced")).expect_err(words);
+        assert!(matches!(error, ProblemError::Beyond { most: 180.0, .. }), "{words}: {error}");
+        let vary = vec!["finger.width_mm=10:20".parse().expect("a variable")];
+        let goal = (words.parse().expect("a goal"), Vec::new());
+        assert_eq!(Problem::new(document(CASE), vary, goal, &[], Options::default()).err(), Some(error));
+    }
 }
 
 #[test]

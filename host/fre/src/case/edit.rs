@@ -9,9 +9,9 @@ use toml_edit::{DocumentMut, InlineTable, Item, Table, TableLike, Value};
 use super::error::{CaseError, KeyError};
 use super::finger::Finger;
 use super::keys::{self, FingerTable};
-use super::preset::preset_text;
-use super::read::Case;
-use super::source::Source;
+use super::preset::{no_such_preset, preset_text};
+use super::read::{Case, without_finger};
+use super::source::{self, Source};
 use crate::faces;
 
 /// How many keys a message suggests.
@@ -43,17 +43,20 @@ impl Document {
     /// # Errors
     /// The text is not TOML, or its finger cannot be found.
     pub fn resolve(name: &str, text: &str, folder: &Path) -> Result<Self, CaseError> {
-        let mut root = parse(&Source { name: name.to_owned(), text: text.to_owned() })?;
+        let case = Source { name: name.to_owned(), text: text.to_owned() };
+        let mut root = parse(&case)?;
         if let Some(word) = root.get("finger").and_then(Item::as_str).map(str::to_owned) {
+            let tree = case.parse()?;
+            let table = source::Table::root(&case, tree.get_ref());
             let (from, source) = match word.strip_prefix("preset:") {
                 Some(preset) => {
-                    let text = preset_text(preset).unwrap_or_default().to_owned();
-                    (preset.to_owned(), Source { name: word.clone(), text })
+                    let text = preset_text(preset).ok_or_else(|| table.refuse("finger", no_such_preset()))?;
+                    (preset.to_owned(), Source { name: word.clone(), text: text.to_owned() })
                 }
                 None => {
                     let file = folder.join(&word);
                     let stem = file.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                    (stem, Source::read(&file)?)
+                    (stem, Source::read(&file).map_err(|error| without_finger(&table, error))?)
                 }
             };
             let file = parse(&source)?;

@@ -15,6 +15,8 @@ pub enum CaseError {
     Unreadable {
         /// The file as it was named.
         file: String,
+        /// What kept it from being read.
+        kind: std::io::ErrorKind,
         /// The system's words.
         reason: String,
     },

@@ -81,8 +81,12 @@ pub fn named_finger(path: &Path) -> Option<PathBuf> {
 /// A file, or the text of `preset:NAME`, and what its finger is called unless it says so.
 fn named_source(path: &Path) -> Result<(Source, String), CaseError> {
     if let Some(name) = path.to_str().and_then(|word| word.strip_prefix("preset:")) {
-        let text = preset_text(name)
-            .ok_or_else(|| CaseError::Unreadable { file: path.display().to_string(), reason: no_such_preset() })?;
+        let missing = || CaseError::Unreadable {
+            file: path.display().to_string(),
+            kind: std::io::ErrorKind::NotFound,
+            reason: no_such_preset(),
+        };
+        let text = preset_text(name).ok_or_else(missing)?;
         return Ok((Source { name: path.display().to_string(), text: text.to_owned() }, name.to_owned()));
     }
     let name = path.file_stem().map_or_else(|| "finger".into(), |stem| stem.to_string_lossy().into_owned());

@@ -110,10 +110,15 @@ fn named_finger(root: &Table<'_>, word: &str, folder: Option<&Path>) -> Result<F
     if let Some(name) = word.strip_prefix("preset:") {
         return preset(name).unwrap_or_else(|| Err(root.refuse("finger", no_such_preset())));
     }
-    read_finger(&folder.unwrap_or(Path::new("")).join(word)).map_err(|error| match error {
-        CaseError::Unreadable { file, reason } => {
+    read_finger(&folder.unwrap_or(Path::new("")).join(word)).map_err(|error| without_finger(root, error))
+}
+
+/// The error of a case whose finger file has this one.
+pub(super) fn without_finger(root: &Table<'_>, error: CaseError) -> CaseError {
+    match error {
+        CaseError::Unreadable { file, reason, .. } => {
             root.refuse("finger", format!("the finger file {file} cannot be read: {reason}"))
         }
         other => other,
-    })
+    }
 }

@@ -24,8 +24,11 @@ impl Source {
     pub(super) fn read(path: &std::path::Path) -> Result<Self, CaseError> {
         use std::io::Read as _;
         let name = path.display().to_string();
-        let unreadable =
-            |error: std::io::Error| CaseError::Unreadable { file: name.clone(), reason: error.to_string() };
+        let unreadable = |error: std::io::Error| CaseError::Unreadable {
+            file: name.clone(),
+            kind: error.kind(),
+            reason: error.to_string(),
+        };
         let file = std::fs::File::open(path).map_err(unreadable)?;
         // Devices and pipes have no length to trust, so the reading itself is bounded.
         let mut bytes = Vec::new();

@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use model_core::discretise::DiscretiseError;
-use model_core::object::Motion;
 use rayon::prelude::*;
 use toml_edit::{DocumentMut, Table};
 
@@ -55,6 +54,9 @@ pub enum ProblemError {
     /// A key that cannot be set.
     #[error(transparent)]
     Key(#[from] KeyError),
+    /// The finger cannot be discretised as asked.
+    #[error(transparent)]
+    Discretise(#[from] DiscretiseError),
     /// An object cannot be made.
     #[error(transparent)]
     Case(#[from] CaseError),
@@ -146,12 +148,7 @@ impl Problem {
     /// # Errors
     /// One of them is not.
     pub fn reaches(&self, measure: Measure) -> Result<(), ProblemError> {
-        let unit = self.unit();
-        let most = if unit == Coordinate::Angle.unit() { MAX_ANGLE } else { MAX_DISTANCE };
-        match measure.places().into_iter().find(|at| at.is_nan() || at.abs() > most) {
-            Some(at) => Err(ProblemError::Beyond { measure: measure.to_string(), at, unit, most }),
-            None => Ok(()),
-        }
+        reaches(measure, self.coordinate())
     }
 
     /// The same variables and objects with another goal and other limits.
@@ -254,10 +251,11 @@ impl Problem {
 
     /// The unit of a place: "°", or " mm" of a parallel gripper.
     pub fn unit(&self) -> &'static str {
-        match self.case_before(0).map(|case| case.path.motion) {
-            Some(Motion::Translating { .. }) => " mm",
-            _ => "°",
-        }
+        self.coordinate().unit()
+    }
+
+    fn coordinate(&self) -> Coordinate {
+        self.case_before(0).map_or(Coordinate::Angle, |case| case.path.along())
     }
 
     fn closing(&self, document: &Document) -> Option<Case> {
@@ -442,11 +440,21 @@ fn with_numbers(document: &Document, numbers: &[(String, f64)]) -> Result<Docume
     Ok(other)
 }
 
+/// Whether the places of a measure, along this coordinate, are such as a case may have.
+fn reaches(measure: Measure, along: Coordinate) -> Result<(), ProblemError> {
+    let (unit, most) = (along.unit(), if along == Coordinate::Angle { MAX_ANGLE } else { MAX_DISTANCE });
+    match measure.places().into_iter().find(|at| at.is_nan() || at.abs() > most) {
+        Some(at) => Err(ProblemError::Beyond { measure: measure.to_string(), at, unit, most }),
+        None => Ok(()),
+    }
+}
+
 /// A measure of a case, at the places that it needs; `None` where it has no number.
 ///
 /// # Errors
-/// If the finger cannot be discretised as asked.
-pub fn value(case: &Case, measure: Measure, options: &Options) -> Result<Option<f64>, DiscretiseError> {
+/// A place is beyond what a case may have, or the finger cannot be discretised as asked.
+pub fn value(case: &Case, measure: Measure, options: &Options) -> Result<Option<f64>, ProblemError> {
+    reaches(measure, case.path.along())?;
     let mut case = case.clone();
     case.path.set_places(places(core::iter::once(measure)));
     let stiffness = stiffness_places(core::iter::once(measure));

@@ -4,7 +4,7 @@ mod changes;
 mod slips;
 
 use changes::CHANGES;
-use fre::case::{Case, CaseError, read_finger};
+use fre::case::{Case, CaseError, Document, read_finger};
 use slips::SLIPS;
 
 /// A good case; the bad ones change one piece of it.
@@ -147,6 +147,24 @@ fn unknown_presets_and_absent_finger_files_are_refused() {
             r#"case.toml:1: finger = "absent.toml": the finger file absent.toml cannot be read: No such file or directory (os error 2)"#
         ]]
     );
+}
+
+#[test]
+fn a_finger_that_is_named_and_is_not_there_is_refused_alike_by_case_and_document() {
+    let folder = tempfile::tempdir().unwrap();
+    let tail = &GOOD[GOOD.find("[object]").unwrap()..];
+    for (word, reason) in [
+        ("preset:zz", "there is no such preset; allowed are \"preset:ladder-80\", "),
+        ("zz.toml", "zz.toml cannot be read: "),
+    ] {
+        let text = format!("# A finger.\nfinger = \"{word}\"\n{tail}");
+        let path = folder.path().join("case.toml");
+        std::fs::write(&path, &text).unwrap();
+        let error = Case::read(&path).unwrap_err();
+        assert_eq!((error.line(), error.key()), (Some(2), Some("finger")));
+        assert!(error.to_string().contains(reason), "{error}");
+        assert_eq!(Document::resolve(&path.display().to_string(), &text, folder.path()).unwrap_err(), error);
+    }
 }
 
 #[test]

@@ -265,18 +265,14 @@ struct Point {
 /// Fits parameters to runs.
 ///
 /// # Errors
-/// If the design is refused as it is.
+/// There is no parameter, or the design is refused as it is.
 pub fn fit(
     model: &Predictor<'_>,
     runs: &[Readings],
     parameters: &[Parameter],
     noise: &Noise,
-) -> Result<Fit, DiscretiseError> {
-    let watch = |_| ControlFlow::<Infallible>::Continue(());
-    fit_watched(model, runs, parameters, noise, watch).map_err(|error| match error {
-        FitError::Discretise(error) => error,
-        FitError::Stopped(never) => match never {},
-    })
+) -> Result<Fit, FitError<Infallible>> {
+    fit_watched(model, runs, parameters, noise, |_| ControlFlow::Continue(()))
 }
 
 /// How far a fit is.
@@ -290,9 +286,12 @@ pub struct Progress {
     pub gain: Option<f64>,
 }
 
-/// Why a watched fit has no results; `B` is what the watcher stops it with.
+/// Why a fit has no results; `B` is what the watcher stops it with.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FitError<B> {
+    /// Nothing is to be fitted.
+    #[error("at least one parameter to fit is needed; allowed is {}", Parameter::ALL.map(Parameter::word).join(", "))]
+    NoParameters,
     /// The finger cannot be discretised as asked.
     #[error(transparent)]
     Discretise(#[from] DiscretiseError),
@@ -312,6 +311,9 @@ pub fn fit_watched<B>(
     noise: &Noise,
     mut watch: impl FnMut(Progress) -> ControlFlow<B>,
 ) -> Result<Fit, FitError<B>> {
+    if parameters.is_empty() {
+        return Err(FitError::NoParameters);
+    }
     let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design, model.prony)).collect();
     let rests = Rests::find(runs);
     let judge = Judge { model, runs, noise, doubts: &doubts, rests: &rests };

@@ -30,6 +30,9 @@ pub struct Input {
 /// Why measurements and cases do not make a calibration.
 #[derive(Debug, thiserror::Error)]
 pub enum InputError {
+    /// Nothing was measured.
+    #[error("at least one file of measurements is needed")]
+    NoFiles,
     /// As many cases as files, or one for all, are needed.
     #[error("{files} files of measurements and {cases} cases; allowed is one case, or one per file")]
     Count {
@@ -234,8 +237,11 @@ impl Agreed {
     }
 }
 
-/// Fails unless there is one case, or one per file.
+/// Fails unless there are files, and one case, or one per file.
 fn fit_together(files: usize, cases: usize) -> Result<(), InputError> {
+    if files == 0 {
+        return Err(InputError::NoFiles);
+    }
     if cases != 1 && cases != files {
         return Err(InputError::Count { files, cases });
     }

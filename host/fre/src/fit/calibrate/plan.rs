@@ -1,11 +1,10 @@
 //! A motion whose readings determine what is to be fitted, and how well they do before anything was measured.
 
+use std::convert::Infallible;
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 
-use model_core::discretise::DiscretiseError;
-
-use super::{Fit, Input, Noise, Parameter, Predictor, Quantity, Reading, Trial, fit};
+use super::{Fit, FitError, Input, Noise, Parameter, Predictor, Quantity, Reading, Trial, fit};
 use crate::delimited;
 
 /// Readings on a way to the highest angle, or back.
@@ -221,14 +220,14 @@ impl Plan {
 /// values. Readings without a trustworthy solution are left out.
 ///
 /// # Errors
-/// If the design is refused.
+/// As [`fit()`].
 pub fn expect(
     model: &Predictor<'_>,
     input: &mut Input,
     parameters: &[Parameter],
     quantities: &[Quantity],
     noise: &Noise,
-) -> Result<Fit, DiscretiseError> {
+) -> Result<Fit, FitError<Infallible>> {
     let start = Trial::start(parameters, model.design, model.prony);
     for run in &mut input.runs {
         let predicted = model.predict(run, &start, false)?;

@@ -17,6 +17,8 @@ pub enum SweepError {
     Point {
         /// Its keys with their values.
         point: String,
+        /// The key at fault with its tables, where there is one.
+        key: Option<String>,
         /// What is wrong and what is allowed.
         reason: String,
     },

@@ -10,7 +10,7 @@ use model_core::object::Motion;
 use super::axis::Axis;
 use super::error::SweepError;
 use super::shard::Shard;
-use crate::case::{Case, Document, MotionPath};
+use crate::case::{Case, CaseError, Document, MotionPath};
 use crate::heap::Host;
 use crate::study::model::Options;
 use crate::study::run::{Run, solve};
@@ -184,7 +184,8 @@ impl Sweep {
                 }
             }
         }
-        let case = document.case().map_err(|error| self.refused(point, error.without_place()))?;
+        let refused = |error: CaseError| self.refused(point, error.key(), error.without_place());
+        let case = document.case().map_err(refused)?;
         Ok((case, options))
     }
 
@@ -197,7 +198,7 @@ impl Sweep {
         let mut follower = Follower::<f64, Host>::EMPTY;
         follower
             .configure(&case.finger.design, &options.discretisation)
-            .map_err(|error| self.refused(point, discretise_words(&error)))
+            .map_err(|error| self.not_discretised(point, &error))
     }
 
     /// Solves a point.
@@ -206,19 +207,20 @@ impl Sweep {
     /// The point is not a case, or cannot be discretised as asked.
     pub fn solve(&self, point: usize) -> Result<Run, SweepError> {
         let (case, options) = self.point(point)?;
-        solve(&case, &options).map_err(|error| self.refused(point, discretise_words(&error)))
+        solve(&case, &options).map_err(|error| self.not_discretised(point, &error))
     }
 
-    fn refused(&self, point: usize, reason: String) -> SweepError {
+    fn not_discretised(&self, point: usize, error: &DiscretiseError) -> SweepError {
+        match error {
+            DiscretiseError::Design(error) => self.refused(point, Some("finger"), format!("finger.{error}")),
+            other => self.refused(point, None, format!("--{other}")),
+        }
+    }
+
+    fn refused(&self, point: usize, key: Option<&str>, reason: String) -> SweepError {
         let point = self.describe(point);
-        SweepError::Point { point: if point.is_empty() { "the case".to_owned() } else { point }, reason }
-    }
-}
-
-fn discretise_words(error: &DiscretiseError) -> String {
-    match error {
-        DiscretiseError::Design(error) => format!("finger.{error}"),
-        other => format!("--{other}"),
+        let point = if point.is_empty() { "the case".to_owned() } else { point };
+        SweepError::Point { point, key: key.map(str::to_owned), reason }
     }
 }
 

@@ -54,8 +54,11 @@ impl Series {
     /// # Errors
     /// None with the fingers that come with the program.
     pub fn case(&self) -> Result<Case, CaseError> {
-        let missing =
-            || CaseError::Unreadable { file: PRESET.to_owned(), reason: "there is no such preset".to_owned() };
+        let missing = || CaseError::Unreadable {
+            file: PRESET.to_owned(),
+            kind: std::io::ErrorKind::NotFound,
+            reason: "there is no such preset".to_owned(),
+        };
         let finger = preset(PRESET).ok_or_else(missing)??;
         let touch_deg = self.angles_deg[0] - APPROACH_DEG;
         let (front, radius) = (&finger.design.front, self.diameter_mm / 2.0);
