@@ -6,15 +6,15 @@ use std::sync::Arc;
 use fre::case::Document;
 use fre::draw;
 use fre::fit::calibrate::{
-    FitError, Input, Loss, Noise, Parameter, Predictor, Reading, Readings, document, fit_watched, fitted_finger,
-    picture, text,
+    FitError, Input, InputError, Loss, Noise, Parameter, Predictor, Reading, Readings, document, fit_watched,
+    fitted_finger, picture, text,
 };
 use fre::study::model::Precision;
 use model_core::drive::Drive;
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{case_error, of_discretise, value};
+use crate::error::{case_error, of_discretise, of_measured, value};
 use crate::options::{Words, word};
 use crate::signals::{Signals, stopped};
 
@@ -60,7 +60,11 @@ fn input(
     let input = Input::of(measurements, named.collect(), both_ways, Drive::Rotating);
     let with_torques = noise.torque_sd_nmm.is_some();
     let input = input.and_then(|input| if with_torques { Ok(input) } else { input.without_torques() });
-    input.map_err(|error| value(error.to_string()))
+    input.map_err(|error| match error {
+        InputError::Measured(error) => of_measured(&error),
+        error @ InputError::NoFiles => case_error(format!("measurements: {error}"), Some("measurements"), None),
+        error => value(error.to_string()),
+    })
 }
 
 /// Lets each reading count as often as it was drawn, by its number through all runs. The finger passes the places of all others as well: with
@@ -152,6 +156,7 @@ pub(crate) fn calibrate(
         let found = signals.or(found.map_err(|error| match error {
             FitError::Discretise(error) => of_discretise(&error),
             FitError::Stopped(()) => stopped(),
+            error @ FitError::NoParameters => case_error(format!("fit: {error}"), Some("fit"), None),
         }))?;
         let json = document(&input, &found).to_string();
         let scene = picture(&input.finger.name, &input.runs, &found);

@@ -1,5 +1,6 @@
 //! A case: its text with the finger written out, and what it says.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -80,6 +81,18 @@ impl Case {
     /// Keys of the numbers that can be set.
     fn keys(&self) -> Vec<String> {
         self.document().keys()
+    }
+
+    /// Whether both say the same, however it is written.
+    fn __eq__(&self, other: &Self) -> bool {
+        self.case == other.case
+    }
+
+    fn __hash__(&self) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        // Without signs: 0 is equal to −0.
+        format!("{:?}", self.case).replace('-', "").hash(&mut hasher);
+        hasher.finish()
     }
 
     /// The case with other numbers.

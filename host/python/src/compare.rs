@@ -9,7 +9,7 @@ use fre::study::run::Progress;
 use pyo3::prelude::*;
 
 use crate::case::Case;
-use crate::error::{of_discretise, system, value};
+use crate::error::{of_discretise, of_measured, system, value};
 use crate::options::{Words, word};
 use crate::signals::{Signals, stopped};
 
@@ -43,7 +43,7 @@ pub(crate) fn compare_measured(
     let options = options.options()?;
     let mut case = (*case.case).clone();
     py.detach(|| {
-        let measured = Measured::read(&file).map_err(|error| value(error.to_string()))?;
+        let measured = Measured::read(&file).map_err(|error| of_measured(&error))?;
         let mut signals = Signals::new();
         let look = |_: Progress<'_>| signals.look();
         let compared = with_measurements_watched(&mut case, &options, &measured, &file, order, look).map_err(refused);

@@ -1,5 +1,8 @@
-//! Errors as Python's: `CaseError`, a `ValueError` that knows its key, for input; `OSError` for files and links.
+//! Errors as Python's: `CaseError`, a `ValueError` that knows its key, for input; `OSError` for files that cannot be read or written and for links.
 
+use std::io::ErrorKind;
+
+use fre::fit::measured::MeasuredError;
 use fre::study::sweep::SweepError;
 use model_core::discretise::DiscretiseError;
 use pyo3::exceptions::{PyOSError, PyValueError};
@@ -16,6 +19,13 @@ pyo3::create_exception!(
 /// Stands for the file of a case that was not read from one.
 pub(crate) const UNNAMED: &str = "case";
 
+/// Gives every `CaseError`, also one that Python code raises, the attributes that handlers read.
+pub(crate) fn set_defaults(py: Python<'_>) -> PyResult<()> {
+    let class = py.get_type::<CaseError>();
+    class.setattr("key", py.None())?;
+    class.setattr("line", py.None())
+}
+
 /// The error of a key, which its message names.
 pub(crate) fn case_error(message: impl Into<String>, key: Option<&str>, line: Option<usize>) -> PyErr {
     Python::attach(|py| {
@@ -28,9 +38,12 @@ pub(crate) fn case_error(message: impl Into<String>, key: Option<&str>, line: Op
     })
 }
 
-/// The error of a case. What was not read from a file has no line to name.
+/// The error of a case. What was not read from a file has no line to name. One of a file that cannot be read is the system's.
 pub(crate) fn of_case(error: &fre::case::CaseError, in_file: bool) -> PyErr {
     let words = error.to_string();
+    if let fre::case::CaseError::Unreadable { kind, .. } = error {
+        return of_file(*kind, words);
+    }
     if in_file {
         return case_error(words, error.key(), error.line());
     }
@@ -57,22 +70,47 @@ pub(crate) fn of_discretise(error: &DiscretiseError) -> PyErr {
 /// The error of a sweep.
 pub(crate) fn of_sweep(error: &SweepError) -> PyErr {
     match error {
-        SweepError::Case(error) => of_case(error, true),
+        SweepError::Case(error) => case_error(error.without_place(), error.key(), None),
+        SweepError::File { source, .. } => of_file(source.kind(), error.to_string()),
         SweepError::Files(_)
         | SweepError::Part { .. }
         | SweepError::Incomplete { .. }
-        | SweepError::File { .. }
         | SweepError::Foreign { .. }
         | SweepError::NoFile { .. }
         | SweepError::Unsorted { .. }
         | SweepError::Busy { .. } => PyOSError::new_err(error.to_string()),
-        error => value(error.to_string().replace("--vary", "vary").replace("--angles", "angles_deg")),
+        error => {
+            let key = match error {
+                SweepError::Point { key, .. } => key.as_deref(),
+                SweepError::Key(error) => Some(error.key()),
+                SweepError::Twice { key } => Some(key.as_str()),
+                SweepError::Within { part, .. } => Some(part.as_str()),
+                SweepError::Vary { text, .. } => text.split_once('=').map(|(key, _)| key),
+                SweepError::Translating => Some("angles_deg"),
+                _ => None,
+            };
+            let words = error.to_string().replace("--vary", "vary").replace("--angles", "angles_deg");
+            case_error(words, key, None)
+        }
     }
 }
 
 /// A `ValueError`.
 pub(crate) fn value(message: impl Into<String>) -> PyErr {
     case_error(message, None, None)
+}
+
+/// The error of a file: `FileNotFoundError` of one that is missing, another `OSError` else.
+pub(crate) fn of_file(kind: ErrorKind, message: String) -> PyErr {
+    std::io::Error::new(kind, message).into()
+}
+
+/// The error of measurements.
+pub(crate) fn of_measured(error: &MeasuredError) -> PyErr {
+    match error {
+        MeasuredError::Unreadable { source, .. } => of_file(source.kind(), error.to_string()),
+        error => value(error.to_string()),
+    }
 }
 
 /// An `OSError`.

@@ -3,7 +3,7 @@
 use model_core::discretise::{Discretisation, Physics};
 use model_core::estimator::Estimator as Core;
 use model_core::object::Motion;
-use model_core::size::Rubbing;
+use model_core::size::RubbingRibs;
 use pyo3::prelude::*;
 
 use crate::case::Case;
@@ -17,7 +17,7 @@ type Estimate = (&'static str, [f32; 13], [u32; 3], [Option<(f32, f32)>; 3], [u3
 
 /// An estimator of one finger on one object.
 #[pyclass(module = "fre._core")]
-pub(crate) struct Estimator(Box<Core<f32, Rubbing>>);
+pub(crate) struct Estimator(Box<Core<f32, RubbingRibs>>);
 
 #[pymethods]
 impl Estimator {
@@ -29,7 +29,7 @@ impl Estimator {
             let reason = "motion.direction: an estimator needs a motor; allowed is motion.motor_angles_deg";
             return Err(case_error(reason, Some("motion.direction"), None));
         }
-        let mut estimator: Box<Core<f32, Rubbing>> = Box::new(Core::EMPTY);
+        let mut estimator: Box<Core<f32, RubbingRibs>> = Box::new(Core::EMPTY);
         let how = Discretisation::estimator(physics);
         estimator.configure(&case.finger.design, &how).map_err(|error| of_discretise(&error))?;
         estimator.set_object(case.object).map_err(|error| value(error.to_string()))?;

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use fre_gripper::source::Told;
 use pyo3::prelude::*;
 
-use crate::report::{python, seconds};
+use crate::report::{deadline, python};
 use crate::signals::GLANCE;
 
 /// Most messages that wait: a minute of four fingers at 500 Hz.
@@ -127,9 +127,10 @@ impl Heard {
 
     /// The next report, event or grasp as Python takes it; none if nothing came in time or nothing comes any more.
     pub(crate) fn next<'py>(&self, py: Python<'py>, timeout_s: f64) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let end = Instant::now() + seconds("timeout_s", timeout_s)?;
+        let end = deadline("timeout_s", timeout_s)?;
+        let left = || end.map_or(GLANCE, |end| end.saturating_duration_since(Instant::now()));
         loop {
-            match py.detach(|| self.wait(end.saturating_duration_since(Instant::now()).min(GLANCE))) {
+            match py.detach(|| self.wait(left().min(GLANCE))) {
                 Ok(told) => match python(py, &told)? {
                     Some(told) => return Ok(Some(told)),
                     None => continue,
@@ -137,7 +138,7 @@ impl Heard {
                 Err(RecvTimeoutError::Disconnected) => return Ok(None),
                 Err(RecvTimeoutError::Timeout) => {
                     py.check_signals()?;
-                    if Instant::now() >= end {
+                    if left().is_zero() {
                         return Ok(None);
                     }
                 }

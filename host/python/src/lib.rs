@@ -25,6 +25,8 @@ mod text;
 
 #[pyo3::pymodule]
 mod _core {
+    use pyo3::prelude::*;
+
     #[pymodule_export]
     use super::batch::{Made, solve_many};
     #[pymodule_export]
@@ -54,9 +56,14 @@ mod _core {
     #[pymodule_export]
     use super::sweep::{column_kind, merge, sweep, sweep_identity};
     #[pymodule_export]
-    use super::text::{json_to_toml, toml_to_json};
+    use super::text::{from_toml, to_toml};
 
     /// Version of the package.
     #[pymodule_export]
     const VERSION: &str = env!("CARGO_PKG_VERSION");
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        super::error::set_defaults(module.py())
+    }
 }

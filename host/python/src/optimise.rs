@@ -31,6 +31,7 @@ fn refused(error: &ProblemError) -> PyErr {
         ProblemError::NoVariables => case_error("vary: at least one key with its bounds is needed", Some("vary"), None),
         ProblemError::Key(error) => case_error(error.to_string(), Some(error.key()), None),
         ProblemError::Case(error) => of_case(error, false),
+        ProblemError::Discretise(error) => of_discretise(error),
         ProblemError::Object { error, .. } => refused(error),
         ProblemError::Twice { key } => case_error(format!("vary: {error}"), Some(key), None),
         ProblemError::Beyond { .. } => value(error.to_string()),
@@ -238,6 +239,6 @@ pub(crate) fn measure(
 ) -> PyResult<(Option<f64>, &'static str)> {
     let (measure, options) = (words.parse::<Measure>().map_err(|error: String| value(error))?, options.options()?);
     let case = case.case.clone();
-    let found = py.detach(|| library::value(&case, measure, &options)).map_err(|error| of_discretise(&error))?;
+    let found = py.detach(|| library::value(&case, measure, &options)).map_err(|error| refused(&error))?;
     Ok((found, measure.unit()))
 }

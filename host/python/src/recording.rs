@@ -26,12 +26,12 @@ mod inside {
     use std::path::PathBuf;
 
     use fre::table::{Column, Values};
-    use fre_gripper::record::{Recorded, Recording, ReportTable, beginning};
+    use fre_gripper::record::{RecordError, Recorded, Recording, ReportTable, beginning};
     use fre_gripper::source::{Setup, Told};
     use pyo3::prelude::*;
     use pyo3::types::PyDict;
 
-    use crate::error::system;
+    use crate::error::{of_file, system};
     use crate::sweep::dictionary;
 
     /// What a recording holds.
@@ -44,14 +44,21 @@ mod inside {
         is_cut: bool,
     }
 
+    fn refused(error: &RecordError) -> PyErr {
+        match error {
+            RecordError::File { source, .. } => of_file(source.kind(), error.to_string()),
+            error => system(error),
+        }
+    }
+
     fn whole(path: PathBuf) -> PyResult<Read> {
-        let mut recording = Recording::open(&path).map_err(|error| system(&error))?;
+        let mut recording = Recording::open(&path).map_err(|error| refused(&error))?;
         let setup = beginning(&path, &mut recording).map_err(|error| system(&error))?;
         let mut times = Vec::new();
         let mut reports = ReportTable::default();
         let (mut events, mut damages, mut missing) = (Vec::new(), Vec::new(), 0);
         for recorded in recording.by_ref() {
-            let (ns, recorded) = recorded.map_err(|error| system(&error))?;
+            let (ns, recorded) = recorded.map_err(|error| refused(&error))?;
             match recorded {
                 Recorded::Told(Told::Report(report)) => {
                     times.push(Some(ns as i64));

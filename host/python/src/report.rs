@@ -1,6 +1,6 @@
 //! Reports of a gripper or a bus, as Python takes them.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use fre_gripper::record::{COLUMNS, Cell};
 use fre_gripper::source::Told;
@@ -36,10 +36,12 @@ fn grasp<'py>(py: Python<'py>, grasp: &Grasp) -> PyResult<Bound<'py, PyAny>> {
     Ok((own, free, margin).into_pyobject(py)?.into_any())
 }
 
-/// A time of a person.
-pub(crate) fn seconds(key: &str, seconds: f64) -> PyResult<Duration> {
-    Duration::try_from_secs_f64(seconds)
-        .map_err(|_| case_error(format!("{key} = {seconds}: allowed is 0 and more"), Some(key), None))
+/// When so many seconds are over; none if that is farther away than a clock goes, or infinitely far.
+pub(crate) fn deadline(key: &str, seconds: f64) -> PyResult<Option<Instant>> {
+    if seconds.is_nan() || seconds < 0.0 {
+        return Err(case_error(format!("{key} = {seconds}: allowed is 0 and more"), Some(key), None));
+    }
+    Ok(Duration::try_from_secs_f64(seconds).ok().and_then(|wait| Instant::now().checked_add(wait)))
 }
 
 /// A report, an event as its time (µs) and its words, or a grasp as its own, a free object's and the margin's numbers; none of what Python does

@@ -1,77 +1,94 @@
-//! TOML as JSON and back: Python 3.10 reads no TOML, and no Python writes it.
+//! TOML as Python's dictionaries and back: Python 3.10 reads no TOML, and no Python writes it. Numbers that are not finite survive, so
+//! that the case's reader refuses them by their keys.
 
 use pyo3::prelude::*;
-use serde_json::{Map, Value as Json};
-use toml_edit::{DocumentMut, Item, Table, Value};
+use pyo3::types::{PyBool, PyDict, PyInt, PyList};
+use toml_edit::{DocumentMut, InlineTable, Item, Table, Value};
 
 use crate::error::value;
 
-/// A TOML text as JSON.
+/// A TOML text as a dictionary.
 #[pyfunction]
-pub(crate) fn toml_to_json(text: &str) -> PyResult<String> {
+pub(crate) fn from_toml<'py>(py: Python<'py>, text: &str) -> PyResult<Bound<'py, PyDict>> {
     let document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| value(error.to_string()))?;
-    Ok(table(document.as_table()).to_string())
+    read_table(py, document.as_table())
 }
 
-/// A JSON object as TOML: tables below tables, everything else in a line. A null is left out.
+/// A dictionary as TOML: tables below tables, everything else in a line. A None is left out.
 #[pyfunction]
-pub(crate) fn json_to_toml(text: &str) -> PyResult<String> {
-    let json: Json = serde_json::from_str(text).map_err(|error| value(error.to_string()))?;
-    let Json::Object(entries) = json else { return Err(value("a table is needed")) };
-    Ok(DocumentMut::from(to_table(&entries)).to_string())
+pub(crate) fn to_toml(table: &Bound<'_, PyDict>) -> PyResult<String> {
+    Ok(DocumentMut::from(write_table(table)?).to_string())
 }
 
-fn table(table: &Table) -> Json {
-    Json::Object(table.iter().map(|(key, entry)| (key.to_owned(), item(entry))).collect())
-}
-
-fn item(item: &Item) -> Json {
-    match item {
-        Item::None => Json::Null,
-        Item::Value(value) => plain(value),
-        Item::Table(below) => table(below),
-        Item::ArrayOfTables(tables) => tables.iter().map(table).collect(),
+fn read_table<'py>(py: Python<'py>, table: &Table) -> PyResult<Bound<'py, PyDict>> {
+    let found = PyDict::new(py);
+    for (key, item) in table {
+        match item {
+            Item::None => {}
+            Item::Value(value) => found.set_item(key, read(py, value)?)?,
+            Item::Table(below) => found.set_item(key, read_table(py, below)?)?,
+            Item::ArrayOfTables(tables) => {
+                let tables = tables.iter().map(|table| read_table(py, table)).collect::<PyResult<Vec<_>>>()?;
+                found.set_item(key, tables)?;
+            }
+        }
     }
+    Ok(found)
 }
 
-fn plain(value: &Value) -> Json {
-    match value {
-        Value::String(text) => text.value().as_str().into(),
-        Value::Integer(number) => (*number.value()).into(),
-        Value::Float(number) => (*number.value()).into(),
-        Value::Boolean(flag) => (*flag.value()).into(),
-        Value::Datetime(date) => date.value().to_string().into(),
-        Value::Array(items) => items.iter().map(plain).collect(),
+fn read<'py>(py: Python<'py>, value: &Value) -> PyResult<Bound<'py, PyAny>> {
+    Ok(match value {
+        Value::String(text) => text.value().into_pyobject(py)?.into_any(),
+        Value::Integer(number) => number.value().into_pyobject(py)?.into_any(),
+        Value::Float(number) => number.value().into_pyobject(py)?.into_any(),
+        Value::Boolean(flag) => PyBool::new(py, *flag.value()).to_owned().into_any(),
+        Value::Datetime(date) => date.value().to_string().into_pyobject(py)?.into_any(),
+        Value::Array(items) => {
+            let items = items.iter().map(|item| read(py, item)).collect::<PyResult<Vec<_>>>()?;
+            PyList::new(py, items)?.into_any()
+        }
         Value::InlineTable(below) => {
-            Json::Object(below.iter().map(|(key, value)| (key.to_owned(), plain(value))).collect())
+            let found = PyDict::new(py);
+            for (key, value) in below {
+                found.set_item(key, read(py, value)?)?;
+            }
+            found.into_any()
         }
-    }
+    })
 }
 
-fn to_table(entries: &Map<String, Json>) -> Table {
+fn write_table(entries: &Bound<'_, PyDict>) -> PyResult<Table> {
     let mut table = Table::new();
-    for (key, json) in entries.iter().filter(|(_, json)| !json.is_null()) {
-        let item = match json {
-            Json::Object(below) => Item::Table(to_table(below)),
-            other => Item::Value(to_value(other)),
+    for (key, value) in entries.iter().filter(|(_, value)| !value.is_none()) {
+        let item = match value.cast::<PyDict>() {
+            Ok(below) => Item::Table(write_table(below)?),
+            Err(_) => Item::Value(write(&value)?),
         };
-        table.insert(key, item);
+        table.insert(&key.extract::<String>()?, item);
     }
-    table
+    Ok(table)
 }
 
-fn to_value(json: &Json) -> Value {
-    match json {
-        Json::Null => "".into(),
-        Json::Bool(flag) => (*flag).into(),
-        Json::Number(number) => match number.as_i64() {
-            Some(integer) => integer.into(),
-            None => number.as_f64().unwrap_or(f64::NAN).into(),
-        },
-        Json::String(text) => text.into(),
-        Json::Array(items) => items.iter().map(to_value).collect(),
-        Json::Object(below) => {
-            Value::InlineTable(below.iter().map(|(key, json)| (key.as_str(), to_value(json))).collect())
+fn write(value: &Bound<'_, PyAny>) -> PyResult<Value> {
+    if let Ok(flag) = value.cast::<PyBool>() {
+        return Ok(flag.is_true().into());
+    }
+    if let Ok(below) = value.cast::<PyDict>() {
+        let mut table = InlineTable::new();
+        for (key, value) in below.iter().filter(|(_, value)| !value.is_none()) {
+            table.insert(&key.extract::<String>()?, write(&value)?);
         }
+        return Ok(table.into());
+    }
+    if let Ok(items) = value.cast::<PyList>() {
+        return Ok(Value::Array(items.iter().map(|item| write(&item)).collect::<PyResult<_>>()?));
+    }
+    if let Ok(text) = value.extract::<String>() {
+        return Ok(text.into());
+    }
+    match value.cast::<PyInt>().map(|number| number.extract::<i64>()) {
+        Ok(Ok(integer)) => Ok(integer.into()),
+        // An integer that TOML has no room for is a number all the same.
+        _ => Ok(value.extract::<f64>()?.into()),
     }
 }

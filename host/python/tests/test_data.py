@@ -43,7 +43,8 @@ def test_a_sweep_has_the_columns_and_digits_of_the_command(program: str, case: f
             assert words == cells, name
     assert sweep.counts["computed"] == 16 and sum(sweep.counts["statuses"].values()) == 16
     assert sweep.status[0] is fre.Status.no_contact
-    assert list(pickle.loads(pickle.dumps(sweep))) == list(sweep)
+    again = pickle.loads(pickle.dumps(sweep))
+    assert again == sweep and again in [sweep] and sweep != fre.Sweep({}, {}) and sweep != dict(sweep)
 
 
 def test_a_sweep_in_a_file_goes_on_and_can_be_stopped(case: fre.Case, tmp_path: pathlib.Path) -> None:
@@ -79,6 +80,25 @@ def test_what_cannot_be_varied_is_named(case: fre.Case) -> None:
         fre.sweep(case, {"elements": ["many"]})
 
 
+def test_errors_of_a_sweep_have_their_key(case: fre.Case) -> None:
+    refused: list[tuple[dict[str, Any], str]] = [
+        ({"object.radius": [1.0]}, "object.radius"),
+        ({"object.radius_mm": [40.0, -1.0]}, "object.radius_mm"),
+        ({"elements": ["many"]}, "elements"),
+        ({"object.radius_mm": [30.0, "40"]}, "object.radius_mm"),
+        ({"elements": ["24/1", 3.0]}, "elements"),
+    ]
+    for vary, key in refused:
+        with pytest.raises(fre.CaseError) as error:
+            fre.sweep(case, vary)
+        assert error.value.key == key and error.value.line is None, vary
+    with pytest.raises(fre.CaseError, match="object.radius_mm: has numbers and texts \\('40'\\); allowed is one of both"):
+        fre.sweep(case, {"object.radius_mm": [30.0, "40"]})  # type: ignore[dict-item]
+    with pytest.raises(fre.CaseError) as error:
+        fre.sweep(case, {"object.radius_mm": [40.0]}, angles_deg=[500.0])
+    assert error.value.key is not None and error.value.key.startswith("motion.motor_angles_deg")
+
+
 def measurements(case: fre.Case, path: pathlib.Path, factor: float) -> list[float]:
     angles = np.arange(2.0, 10.1, 0.5)
     forces = fre.solve(case.with_motion(fre.Rotation(angles))).force_magnitude_n * factor
@@ -110,6 +130,13 @@ def test_a_calibration_finds_what_the_measurements_were_made_with(
     with pytest.raises(fre.CaseError) as error:
         fre.calibrate(csv, case, noise=fre.Noise(force_sd_n=0.0))
     assert error.value.key == "force_sd_n"
+    with pytest.raises(fre.CaseError, match="fit: at least one parameter to fit is needed; allowed is youngs-modulus, ") as error:
+        fre.calibrate(csv, case, [])
+    assert error.value.key == "fit"
+    with pytest.raises(fre.CaseError, match="measurements: at least one file of measurements is needed") as error:
+        fre.calibrate([], case)
+    assert error.value.key == "measurements"
+    assert again == fit and again in [fit] and again.parameters == fit.parameters and fit != fre.calibrate(csv, case, ["zero"])
 
 
 def test_a_comparison_is_that_of_the_command(program: str, case: fre.Case, tmp_path: pathlib.Path) -> None:
@@ -125,7 +152,7 @@ def test_a_comparison_is_that_of_the_command(program: str, case: fre.Case, tmp_p
     found.pop("model_seconds"), expected.pop("model_seconds")
     assert found == expected
     assert "<svg" in (comparison._repr_svg_() or "")
-    assert pickle.loads(pickle.dumps(comparison)).to_dict() == comparison.to_dict()
+    assert pickle.loads(pickle.dumps(comparison)) == comparison and comparison in [comparison, fre.Record({})]
     for arguments in ({}, {"measured": csv, "fea": True}):
         with pytest.raises(ValueError, match="either a file of measurements or fea=True"):
             fre.compare(case, **arguments)  # type: ignore[arg-type]

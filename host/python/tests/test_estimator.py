@@ -6,6 +6,7 @@ import math
 import pickle
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
@@ -101,6 +102,30 @@ def test_a_material_with_memory_fades_with_time() -> None:
     assert found.force_interval_n is not None
     low, high = found.force_interval_n
     assert low == pytest.approx(0.6 * sudden.force_magnitude_n, rel=0.02) and high > 0.95 * sudden.force_magnitude_n
+
+
+def test_it_has_the_room_of_a_board_also_in_a_thread_with_a_small_stack() -> None:
+    twelve = fre.Finger.preset("ladder-80").with_values({"lamellae.heights_mm": [5.0 * k for k in range(1, 13)]})
+    ribs = fre.Finger.preset("umi").with_values({"motor.axis_mm": [-18.0, -20.0]})
+    circle = fre.Circle(40.0, (41.0, 45.0))
+    cases = [fre.Case(finger, circle, fre.Rotation([math.degrees(68 * COUNT)])) for finger in (twelve, ribs)]
+    found: list[fre.Estimate] = []
+
+    def follow() -> None:
+        for case in cases:
+            estimator = fre.Estimator(case)
+            found.append([estimator.update(tick * COUNT) for tick in range(-20, 69)][-1])
+
+    before = threading.stack_size(512 * 1024)
+    try:
+        thread = threading.Thread(target=follow)
+        thread.start()
+        thread.join()
+    finally:
+        threading.stack_size(before)
+    for case, estimate in zip(cases, found, strict=True):
+        assert estimate.status is fre.Status.converged
+        assert estimate.force_magnitude_n == pytest.approx(fre.solve(case)[0].force_magnitude_n, rel=0.02)
 
 
 MILLION = """

@@ -69,6 +69,12 @@ def test_a_bus_of_this_pc_estimates_the_servos_force(bus_port: str, case: fre.Ca
     assert abs(last.motor_angle_deg - 6.0) < 1.0
     assert abs(last.force_magnitude_n - expected) < 0.02 * expected
     assert [report.sequence for report in reports] == list(range(reports[0].sequence, reports[0].sequence + len(reports)))
+    # As long as it takes.
+    assert bus.next(1e19) is not None and bus.next(float("inf")) is not None
+    for wrong in (-1.0, float("nan")):
+        with pytest.raises(fre.CaseError) as error:
+            bus.next(wrong)
+        assert error.value.key == "timeout_s"
     # By its words: an interval that is not known is not a number, which equals nothing.
     assert repr(pickle.loads(pickle.dumps(last))) == repr(last)
 

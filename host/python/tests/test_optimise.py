@@ -86,6 +86,26 @@ def test_a_problem_has_the_gradient_of_its_value(firm: fre.Case) -> None:
         )
 
 
+def test_nobody_changes_what_a_problem_has_kept(firm: fre.Case) -> None:
+    vary = {"finger.front.thickness_mm": (1.5, 2.6), "finger.width_mm": (15.0, 25.0)}
+    problem = Problem(firm, vary, measures.Force(6.0), limits=[(measures.Mass(), 0.0, 20.0)], options=REDUCED)
+    x = problem.own()
+    for found in (problem.margins(x), problem.gradient(x), problem.margin_gradients(x)):
+        before = found.copy()
+        with pytest.raises(ValueError, match="read-only"):
+            found *= 2.0
+        np.testing.assert_array_equal(found, before)
+
+
+@pytest.mark.parametrize("at", [-1e9, 181.0, np.nan, np.inf])
+def test_places_beyond_the_motion_have_no_number(firm: fre.Case, at: float) -> None:
+    for measure in (measures.Force(at), measures.MaxStrain(at), measures.Snap(at), measures.Stiffness(at)):
+        with pytest.raises(fre.CaseError):
+            measure.value(firm)
+    with pytest.raises(fre.CaseError, match="-1000000000° is beyond the motion; allowed is -180 to 180°"):
+        measures.Force(-1e9).value(firm)
+
+
 def test_measures_are_what_they_say(firm: fre.Case) -> None:
     case = firm.with_motion(fre.Rotation([0.0, 4.0, 5.0, 6.0]))
     solution = fre.solve(case)

@@ -5,11 +5,13 @@ from __future__ import annotations
 import doctest
 import importlib
 import json
+import math
 import pathlib
 import pickle
 import subprocess
 import threading
 import time
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -72,8 +74,72 @@ def test_every_name_of_the_json_is_an_attribute(case: fre.Case, friction: float)
         # Beside what may come later, the names that a type checker sees are those of the JSON.
         seen = {name for name in vars(fre.Place) if not name.startswith("_")} - {"to_dict"}
         seen -= {"status"}
-        optional = {"distance_mm", "time_s"} | (set() if friction else {"friction", "force_interval_n"})
+        optional = {"distance_mm", "time_s", "ribs_mm"} | (set() if friction else {"friction", "force_interval_n"})
         assert seen - optional <= set(place.to_dict()), seen - set(place.to_dict())
+
+
+def read(record: fre.Place | fre.Record) -> None:
+    """Reads every name of a place, and of all records in it."""
+    for name in record.to_dict():
+        found = getattr(record, name)
+        for entry in found if isinstance(found, tuple) else [found]:
+            if isinstance(entry, fre.Record):
+                read(entry)
+
+
+@pytest.mark.parametrize("preset", fre.PRESETS)
+def test_every_name_can_be_read_of_every_preset(preset: str) -> None:
+    finger = fre.Finger.preset(preset)
+    x = 41.0 if preset != "umi" else 21.0
+    solution = fre.solve(fre.Case(finger, fre.Circle(x - 1.0, (x, 40.0)), fre.Translation((1.0, 0.0), [0.0, 2.0])))
+    assert solution[-1].status is fre.Status.converged and len(solution[-1].contacts) > 0
+    for place in solution:
+        read(place)
+    ribs = solution[-1].ribs_mm
+    if "kind" not in finger.to_dict()["lamellae"]:
+        assert ribs == ()
+        return
+    assert len(ribs) == len(finger["lamellae.front_arc_mm"])
+    assert all(rib.shape == (len(rib), 2) and not rib.flags.writeable for rib in ribs)
+    assert [rib.tolist() for rib in ribs] == solution[-1].to_dict()["ribs_mm"]
+
+
+def test_a_column_of_what_is_not_rectangular_is_refused_by_name() -> None:
+    case = fre.Case("preset:umi", fre.Circle(20.0, (21.0, 40.0)), fre.Translation((1.0, 0.0), [0.0, 2.0]))
+    solution = fre.solve(case)
+    assert len({len(rib) for rib in solution[-1].ribs_mm}) > 1
+    for name in ("ribs_mm", "model.scheme"):
+        with pytest.raises(fre.CaseError, match=f"{name}: a column needs numbers") as error:
+            solution.column(name)
+        assert error.value.key == name
+
+
+def test_results_compare_by_what_they_hold_and_are_copied(case: fre.Case) -> None:
+    place = fre.solve(case)[-1]
+    again = fre.Place(place.to_dict())
+    assert place == again and place in (again,) and place.contacts == again.contacts and place.model == again.model
+    assert place.contacts[0] != place.contacts[1] and place.contacts[0] in again.contacts
+    assert place.model == place.to_dict()["model"] and place.model != 3
+    found = place.to_dict()
+    found["front_mm"][0][0] = 1e9
+    found["model"]["scheme"] = "mine"
+    found["strains"].clear()
+    assert place == again and place.to_dict() == again.to_dict()
+    assert place.beyond_max_strain == ()
+
+
+def test_cases_compare_by_what_they_say(case: fre.Case) -> None:
+    for finger in fre.PRESETS:
+        motion = fre.Translation((1, 0), [0, 2])
+        one = fre.Case(f"preset:{finger}", fre.Circle(40, (41, 45)), motion)
+        other = fre.Case(one.finger, one.object, one.motion)
+        assert one == other and hash(one) == hash(other), finger
+        thick = fre.Case(one.finger.with_values({"front.thickness_mm": 1.75}), one.object, motion)
+        assert thick != one and len({one, other, thick}) == 2
+    plain = fre.Case.parse(case.toml().replace("friction = 0.0\n", ""))
+    assert "friction" not in plain.toml() and plain == case and plain != case.finger
+    whole, part = (fre.Finger({**case.finger.to_dict(), "width_mm": width}) for width in (20, 20.0))
+    assert whole == part and hash(whole) == hash(part)
 
 
 def test_arrays_of_all_places_are_the_places_own(case: fre.Case) -> None:
@@ -161,6 +227,88 @@ def test_bad_input_names_its_key() -> None:
     with pytest.raises(fre.CaseError) as error:
         fre.solve(fre.Case("preset:ladder-80", circle, motion), fre.Options(softness_mm_per_n=-1.0))
     assert error.value.key == "softness_mm_per_n"
+
+
+def test_every_error_has_a_key_and_a_line_to_look_at(case: fre.Case) -> None:
+    error = fre.CaseError("words")
+    assert error.key is None and error.line is None
+    with pytest.raises(fre.CaseError) as found:
+        fre.solve_many(case, {"object.radius_mm": [40.0], "object.centre_mm.1": [40.0, 50.0]})
+    assert (found.value.key, found.value.line) == ("values", None)
+    with pytest.raises(fre.CaseError) as found:
+        fre.Finger.preset("ladder-80").with_values({"name.first": 1.0})
+    assert found.value.key == "finger.name.first"
+    again = pickle.loads(pickle.dumps(found.value))
+    assert (str(again), again.key, again.line) == (str(found.value), "finger.name.first", None)
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf, -math.inf])
+def test_a_number_that_is_not_finite_is_named(case: fre.Case, wrong: float) -> None:
+    finger, circle, motion = case.finger, case.object, case.motion
+    made: dict[str, Callable[[], object]] = {
+        "object.radius_mm": lambda: fre.Case(finger, fre.Circle(wrong, (41.0, 45.0)), motion),
+        "object.centre_mm[1]": lambda: fre.Case(finger, fre.Circle(40.0, (41.0, wrong)), motion),
+        "motion.motor_angles_deg[1]": lambda: fre.Case(finger, circle, fre.Rotation([1.0, wrong])),
+        "motion.times_s[0]": lambda: case.with_motion(fre.Rotation([1.0, 2.0], times_s=[wrong, 1.0])),
+        "motion.direction[0]": lambda: fre.Case(finger, circle, fre.Translation((wrong, 0.0), [1.0])),
+        "finger.front.thickness_mm": lambda: fre.Case(finger.with_values({"front.thickness_mm": wrong}), circle, motion),
+        "finger.lamellae.heights_mm[2]": lambda: fre.Case(
+            fre.Finger.parse(finger.with_values({"lamellae.heights_mm.2": wrong}).toml()), circle, motion
+        ),
+    }
+    for key, make in made.items():
+        with pytest.raises(fre.CaseError) as error:
+            make()
+        assert str(error.value) == f"{key} = {wrong}: a finite number is needed"
+        assert error.value.key == key
+
+
+def test_tables_are_the_same_after_toml() -> None:
+    table = {
+        "name": "mine", "width_mm": 20, "big": 2**70, "is": True, "part": {"list": [[1.0, 2], []], "rows": [{"a": 1}], "none": None}
+    }
+    expected = {**table, "big": 2.0**70, "part": {"list": [[1.0, 2], []], "rows": [{"a": 1}]}}
+    found = fre.Finger.parse(fre.Finger(table).toml()).to_dict()
+    assert found == expected and isinstance(found["width_mm"], int) and found["is"] is True
+    with pytest.raises(TypeError):
+        fre.Finger({"width_mm": object()})
+
+
+def test_a_preset_that_does_not_exist_is_named() -> None:
+    makes: list[Callable[[], object]] = [
+        lambda: fre.Case("preset:zz", fre.Circle(40.0, (41.0, 45.0)), fre.Rotation([2.0])),
+        lambda: fre.Case.parse('finger = "preset:zz"\n[object]\n[motion]\n'),
+    ]
+    for make in makes:
+        with pytest.raises(fre.CaseError, match="there is no such preset; allowed are \"preset:ladder-80\", ") as error:
+            make()
+        assert error.value.key == "finger"
+
+
+def test_a_file_that_is_missing_is_no_fault_of_a_case(tmp_path: pathlib.Path, case: fre.Case) -> None:
+    missing = tmp_path / "nope.toml"
+    reads: list[Callable[[], object]] = [
+        lambda: fre.solve(missing),
+        lambda: fre.Case.read(missing),
+        lambda: fre.Finger.read(missing),
+        lambda: fre.compare(case, missing),
+        lambda: fre.calibrate(missing, case),
+        lambda: fre.calibrate([missing], missing),
+        lambda: fre.read_recording(missing),
+    ]
+    for read_it in reads:
+        with pytest.raises(FileNotFoundError, match="nope.toml"):
+            read_it()
+    with pytest.raises(OSError):
+        fre.solve(tmp_path)
+    # The finger that a case names is a key of the case.
+    text = case.toml()
+    text = f'finger = "{missing}"\n' + text[text.index("[object]") :]
+    (tmp_path / "case.toml").write_text(text)
+    for read_it in [lambda: fre.Case.parse(text), lambda: fre.Case.read(tmp_path / "case.toml")]:
+        with pytest.raises(fre.CaseError, match="nope.toml cannot be read") as error:
+            read_it()
+        assert error.value.key == "finger"
 
 
 def test_a_file_with_a_fault_names_line_and_key(tmp_path: pathlib.Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from typing import Any, Union
@@ -31,7 +30,7 @@ class Case:
             "object": object.to_dict(),
             "motion": motion.to_dict(),
         }
-        self._case = _core.Case.parse(_core.json_to_toml(json.dumps(table)))
+        self._case = _core.Case.parse(_core.to_toml(table))
 
     @classmethod
     def _of(cls, core: _core.Case) -> Case:
@@ -60,8 +59,7 @@ class Case:
 
     def to_dict(self) -> dict[str, Any]:
         """The tables ``finger``, ``object`` and ``motion``."""
-        table: dict[str, Any] = json.loads(_core.toml_to_json(self._case.toml()))
-        return table
+        return _core.from_toml(self._case.toml())
 
     @property
     def finger(self) -> Finger:
@@ -89,13 +87,13 @@ class Case:
     def with_motion(self, motion: motions.Motion) -> Case:
         """Another case, with this motion."""
         table = {**self.to_dict(), "motion": motion.to_dict()}
-        return Case.parse(_core.json_to_toml(json.dumps(table)))
+        return Case.parse(_core.to_toml(table))
 
     def __eq__(self, other: Any) -> bool:
-        return isinstance(other, Case) and self.toml() == other.toml()
+        return isinstance(other, Case) and self._case == other._case
 
     def __hash__(self) -> int:
-        return hash(self.toml())
+        return hash(self._case)
 
     def __repr__(self) -> str:
         table = self.to_dict()

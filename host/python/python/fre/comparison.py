@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from . import _core
 from .case import Case, CaseLike
+from .error import case_error
 from .options import DEFAULT, Options
 from .record import Record
 
@@ -54,7 +55,7 @@ def compare(
     ``folder``, or into a temporary one.
     """
     if (measured is None) == (not fea):
-        raise _core.CaseError("compare needs either a file of measurements or fea=True")
+        raise case_error("compare needs either a file of measurements or fea=True", "measured")
     core = Case.of(case)._case
     if measured is not None:
         found, text, svg = _core.compare_measured(core, os.fspath(measured), order, options)

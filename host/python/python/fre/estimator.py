@@ -56,7 +56,8 @@ class Estimate(NamedTuple):
 
 
 class Estimator:
-    """Motor angle in, contact force out, once per tick of a control loop: the numbers of the microcontroller, bit for bit.
+    """Motor angle in, contact force out, once per tick of a control loop: the numbers of the microcontroller, bit for bit, and its
+    room: up to 16 lamellae or ribs. (The NUCLEO-G474RE has less.)
 
     A pickled estimator begins anew where it is unpickled: its history stays behind.
     """

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import copy
-import json
 import os
 from collections.abc import Mapping
 from typing import Any
 
 from . import _core
+from .error import case_error
+from .objects import frozen
 
 PRESETS: tuple[str, ...] = tuple(_core.presets())
 """Names of the fingers that come with the package."""
@@ -38,7 +39,7 @@ class Finger:
     @classmethod
     def parse(cls, text: str) -> Finger:
         """The finger of a TOML text: its keys at the top, or below ``[finger]``."""
-        table = json.loads(_core.toml_to_json(text))
+        table = _core.from_toml(text)
         inner = table.get("finger", table)
         return cls.preset(inner.removeprefix("preset:")) if isinstance(inner, str) else cls(inner)
 
@@ -56,7 +57,7 @@ class Finger:
 
     def toml(self) -> str:
         """The text of a finger file."""
-        return _core.json_to_toml(json.dumps(self._table))
+        return _core.to_toml(self._table)
 
     @property
     def name(self) -> str:
@@ -86,14 +87,14 @@ class Finger:
             elif isinstance(at, dict):
                 at[last] = value
             else:
-                raise _core.CaseError(f"finger.{key}: {'.'.join(path)} is not a table")
+                raise case_error(f"finger.{key}: {'.'.join(path)} is not a table", f"finger.{key}")
         return Finger(table)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Finger) and self._table == other._table
 
     def __hash__(self) -> int:
-        return hash(json.dumps(self._table, sort_keys=True))
+        return hash(frozen(self._table))
 
     def __repr__(self) -> str:
         return f"<fre.Finger {self.name}>"

@@ -146,7 +146,7 @@ class _Source:
     _core: _core.Gripper | _core.Bus
 
     def next(self, timeout_s: float = 1.0) -> Told | None:
-        """The next report, event or grasp; None if nothing came in time, or nothing comes any more."""
+        """The next report, event or grasp; None if nothing came in time, or nothing comes any more. An infinite time has no end."""
         return _told(self._core.next(timeout_s))
 
     def reports(self, timeout_s: float = 1.0) -> Iterator[Report]:

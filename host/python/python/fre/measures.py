@@ -17,6 +17,7 @@ import dataclasses
 
 from . import _core
 from .case import Case, CaseLike
+from .error import case_error
 from .options import DEFAULT, Options
 
 
@@ -53,7 +54,7 @@ class Force(Measure):
 
 def _over(first: float, last: float, count: int) -> str:
     if count < 2:
-        raise _core.CaseError(f"count = {count}: allowed is 2 and more")
+        raise case_error(f"count = {count}: allowed is 2 and more", "count")
     return f"over {float(first)!r}:{float(last)!r}:{(last - first) / (count - 1)!r}"
 
 

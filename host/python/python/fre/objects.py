@@ -87,9 +87,12 @@ SHAPES: dict[str, type[Object]] = {kind.shape: kind for kind in (Circle, Ellipse
 
 def read(table: dict[str, Any]) -> Object:
     """The object of a table ``[object]`` that a case has accepted."""
-    fields = {key: _frozen(value) for key, value in table.items() if key != "shape"}
+    fields = {key: frozen(value) for key, value in table.items() if key != "shape"}
     return SHAPES[table["shape"]](**fields)
 
 
-def _frozen(value: Any) -> Any:
-    return tuple(_frozen(entry) for entry in value) if isinstance(value, list) else value
+def frozen(value: Any) -> Any:
+    """A value of a table that has a hash: lists are tuples, and tables sets of keys with their values."""
+    if isinstance(value, dict):
+        return frozenset((key, frozen(entry)) for key, entry in value.items())
+    return tuple(frozen(entry) for entry in value) if isinstance(value, list) else value

@@ -15,7 +15,7 @@
 True
 
 ``problem.value`` and ``problem.gradient``, ``problem.margins`` and ``problem.margin_gradients`` are what ``scipy.optimize`` takes, over
-variables from 0 to 1 between their bounds.
+variables from 0 to 1 between their bounds. The arrays are read-only.
 """
 
 from __future__ import annotations
@@ -34,6 +34,7 @@ from . import _core
 from .case import Case, CaseLike
 from .measures import Measure
 from .options import DEFAULT, Options
+from .record import fixed
 
 Array = NDArray[np.float64]
 Limit = tuple[Measure, float, float]
@@ -132,14 +133,15 @@ class Problem:
         x = _list(x)
         name = np.array(x).tobytes()
         if name not in self._values:
-            self._values[name] = self._problem.values(x)
+            self._values[name] = fixed(self._problem.values(x))
         return self._values[name]
 
     def _slopes_at(self, x: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
         x = _list(x)
         name = np.array(x).tobytes()
         if name not in self._slopes:
-            self._slopes[name] = self._problem.slopes(x)
+            slopes, exact = self._problem.slopes(x)
+            self._slopes[name] = (fixed(slopes), exact)
         return self._slopes[name]
 
 

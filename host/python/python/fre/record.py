@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 
 class Record(Mapping[str, Any]):
-    """A JSON object whose names are attributes and keys. Lists of numbers are arrays, objects are records, null is None."""
+    """A JSON object whose names are attributes and keys. Lists of numbers are arrays, objects are records, null is None. Lists of
+    different lengths are a tuple of arrays."""
 
     __slots__ = ("_json", "_seen")
 
@@ -40,8 +43,15 @@ class Record(Mapping[str, Any]):
         return [*super().__dir__(), *self._json]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object as it is."""
-        return dict(self._json)
+        """The JSON object as it is; a copy."""
+        return copy.deepcopy(self._json)
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Record):
+            return self._json == other._json
+        return isinstance(other, Mapping) and self._json == other
+
+    __hash__ = None  # type: ignore[assignment]
 
     def __repr__(self) -> str:
         return f"Record({self._json!r})"
@@ -55,23 +65,27 @@ def wrapped(value: Any) -> Any:
     if isinstance(value, dict):
         return Record(value)
     if isinstance(value, list):
-        if value and all(isinstance(entry, dict) for entry in value):
-            return tuple(Record(entry) for entry in value)
-        if is_numbers(value):
+        if _sizes(value) is not None:
             return array(value)
         return tuple(wrapped(entry) for entry in value)
     return value
 
 
-def is_numbers(value: Any) -> bool:
-    """Whether a list holds numbers, or lists of them, all the way down."""
+def _sizes(value: Any) -> tuple[int, ...] | None:
+    """How many numbers a list holds along each direction, () of a number; None where it is not rectangular or holds anything else."""
     if isinstance(value, list):
-        return all(is_numbers(entry) for entry in value)
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
+        inner = {_sizes(entry) for entry in value}
+        below = inner.pop() if inner else ()
+        return None if inner or below is None else (len(value), *below)
+    return () if isinstance(value, (int, float)) and not isinstance(value, bool) else None
 
 
-def array(value: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
+def array(value: Any) -> NDArray[np.float64]:
     """Numbers as an array that nobody changes."""
-    found = np.asarray(value, dtype=np.float64)
-    found.flags.writeable = False
-    return found
+    return fixed(np.array(value, dtype=np.float64))
+
+
+def fixed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The array, which nobody changes from now on."""
+    values.flags.writeable = False
+    return values

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Generic, Literal, TypeVar, overload
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 
 from . import _core
 from .case import Case, CaseLike
+from .error import case_error
 from .options import DEFAULT, Options
-from .record import Record, array, wrapped
+from .record import Record, array, fixed, wrapped
 from .status import STATUSES, Status
 
 Array = NDArray[np.float64]
@@ -42,9 +44,7 @@ class _Field(Generic[T]):
 
 
 def _points(*shape: int) -> Array:
-    found = np.full(shape, np.nan)
-    found.flags.writeable = False
-    return found
+    return fixed(np.full(shape, np.nan))
 
 
 _NAN = float("nan")
@@ -76,6 +76,7 @@ class Place:
     front_mm = _Field(_points(0, 2), "Front centreline, base to tip, finger frame, mm.")
     back_mm = _Field(_points(0, 2), "Back centreline, base to tip, finger frame, mm.")
     lamellae_mm = _Field(_points(0, 2, 2), "Ends of the lamellae (front, back), base to tip, finger frame, mm.")
+    ribs_mm: _Field[tuple[Array, ...]] = _Field((), "Centrelines of ribs, each front to back, base to tip, finger frame, mm.")
     contacts: _Field[tuple[Record, ...]] = _Field((), "Touching samples: arc_mm, position_mm, normal, force_n; with friction tangential_n and state.")
     friction: _Field[Record | None] = _Field(
         None, "Friction: coefficient, normal_n, tangential_n, mobilised, dissipated_nmm; None without."
@@ -117,15 +118,18 @@ class Place:
         return STATUSES[self._json["status"]]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object as it is: null is None."""
-        return dict(self._json)
+        """The JSON object as it is: null is None. A copy."""
+        return copy.deepcopy(self._json)
 
     def _value(self, name: str, unknown: Any) -> Any:
         if name not in self._seen:
             value = self._json.get(name)
-            if value is None or (value == [] and not isinstance(unknown, tuple)):
+            is_array = isinstance(unknown, np.ndarray)
+            if value is None or (value == [] and is_array):
                 return unknown
-            self._seen[name] = array(value) if isinstance(unknown, np.ndarray) else _listed(wrapped(value), value)
+            found = array(value) if is_array else wrapped(value)
+            # Ribs of one length are a tuple as all others are, and so is an empty list of records.
+            self._seen[name] = tuple(found) if isinstance(found, np.ndarray) and not is_array else found
         return self._seen[name]
 
     def __getattr__(self, name: str) -> Any:
@@ -150,11 +154,6 @@ class Place:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Place, (self._json,)
-
-
-def _listed(value: Any, json: Any) -> Any:
-    # An empty list of records is not an array of numbers.
-    return () if json == [] else value
 
 
 class Follower:
@@ -274,7 +273,8 @@ class Solution(Sequence[Place]):
         return self._solved.tip_mm()
 
     def column(self, name: str, unknown: float = _NAN) -> Array:
-        """A number of every place by its name, with dots into records: ``"max_strain.front"``."""
+        """A number of every place by its name, with dots into records: ``"max_strain.front"``. Raises :class:`fre.CaseError` for
+        what is not a number, or not as many at every place, such as ``"ribs_mm"``."""
 
         def of(place: Place) -> Any:
             value: Any = place
@@ -282,7 +282,12 @@ class Solution(Sequence[Place]):
                 value = None if value is None else getattr(value, part)
             return unknown if value is None else value
 
-        return np.asarray([of(place) for place in self], dtype=np.float64)
+        values = [of(place) for place in self]
+        try:
+            return np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):
+            reason = "a column needs numbers, as many at every place; read it place by place"
+            raise case_error(f"{name}: {reason}", name) from None
 
     @property
     def warnings(self) -> list[str]:
@@ -344,7 +349,7 @@ def solve_many(
     counts = {key: len(list_) for key, list_ in lists.items()}
     if len(set(counts.values())) > 1 or any(list_.ndim > 1 for list_ in lists.values()):
         found = ", ".join(f"{key} {count}" for key, count in counts.items())
-        raise _core.CaseError(f"values: needed is one number per case and key; there are {found}")
+        raise case_error(f"values: needed is one number per case and key; there are {found}", "values")
     table = np.stack(list(lists.values()), axis=1) if lists else np.empty((1, 0))
     solved = _core.solve_many(case._case, list(lists), np.ascontiguousarray(table), options, threads)
     return [Solution(options, one) for one in solved]

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .case import Case, CaseLike
+from .error import case_error
 from .options import DEFAULT, Options
 from .status import STATUSES, Status
 
@@ -43,6 +44,11 @@ class Sweep(Mapping[str, Any]):
         """Statuses of the rows."""
         return tuple(STATUSES[word] for word in self._columns["status"])
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Sweep) and self.counts == other.counts and _same(self._columns, other._columns)
+
+    __hash__ = None  # type: ignore[assignment]
+
     def __repr__(self) -> str:
         return f"<fre.Sweep of {len(self._columns.get('row', ()))} rows>"
 
@@ -71,7 +77,7 @@ def sweep(
     adds the points of both centrelines to every row. ``shard="I/N"`` solves the I-th of N parts only: see :func:`merge`.
     """
     if parquet is not None and out is None:
-        raise _core.CaseError("parquet needs out, where the rows are kept until they are complete")
+        raise case_error("parquet needs out, where the rows are kept until they are complete", "parquet")
     axes = axes_of(vary)
     angles = None if angles_deg is None else [float(angle) for angle in angles_deg]
     rows = _Rows(_path(out), _path(parquet), shapes, shard)
@@ -110,9 +116,22 @@ def axes_of(
     vary: Mapping[str, Sequence[float] | Sequence[str] | NDArray[np.float64]],
 ) -> list[tuple[str, list[float] | list[str]]]:
     """Keys with their values, as the private module takes them."""
-    return [(key, _values(values)) for key, values in vary.items()]
+    return [(key, _values(key, values)) for key, values in vary.items()]
 
 
-def _values(values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[float] | list[str]:
+def _values(key: str, values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[float] | list[str]:
     words = [value for value in values if isinstance(value, str)]
+    if words and len(words) < len(values):
+        raise case_error(f"{key}: has numbers and texts ({words[0]!r}); allowed is one of both", key)
     return words if words else [float(value) for value in values]
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether columns hold the same; NaN is the same as NaN."""
+    if isinstance(one, dict):
+        return isinstance(other, dict) and one.keys() == other.keys() and all(_same(one[name], other[name]) for name in one)
+    if isinstance(one, list):
+        return isinstance(other, list) and len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, np.ndarray):
+        return isinstance(other, np.ndarray) and np.array_equal(one, other, equal_nan=True)
+    return bool(one == other)
