@@ -245,9 +245,13 @@ impl Grip {
     /// One tick of so many seconds; returns the goal.
     pub fn advance(&mut self, seconds: f64, limits: &Limits) -> f64 {
         if let Some(Asked { speed, limit, .. }) = self.asked {
-            let stride = self.stride.max(-self.ahead.max(speed * seconds)).min(speed * seconds);
-            let least = f64::from(limits.range[0]);
-            self.motion.start((self.motion.goal() + stride).max(least).min((limit + self.beyond).max(least)));
+            let (goal, reach) = (self.motion.goal(), speed * seconds);
+            let back = self.ahead.max(reach);
+            let stride = self.stride.max(-back).min(reach);
+            // A finger below its range closes only as far as its force wants that; one beyond its limit opens to it.
+            let least = f64::from(limits.range[0]).min(goal);
+            let to = (goal + stride).max(least).min((limit + self.beyond).max(least));
+            self.motion.start(to.max(goal - back));
             self.creep = (self.creep - stride.max(0.0)).max(0.0);
             // Used once: a tick without an answer does not move the goal.
             self.stride = 0.0;
@@ -349,9 +353,11 @@ impl Grip {
             _ => way,
         };
         let is_near = meant.abs() <= near * count || missing.abs() <= part * asked.force;
+        // It still opens to its limit.
+        let is_beyond = self.goal() > asked.limit && angle > asked.limit + count;
         // Less than a count is missing, and the next one would give too much.
         let next_is_over = (0.0..count).contains(&way) && missing * (count / way - 1.0) > OVER * asked.force;
-        if force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
+        if !is_beyond && force > 0.0 && slopes[0].is_some() && (is_near || next_is_over) {
             self.has_gripped |= ahead.abs() <= 0.5 * count;
             let is_reached = self.has_gripped && asked.is_enough;
             self.phase = if is_reached { Phase::Gripped } else { Phase::Gripping };
@@ -363,7 +369,7 @@ impl Grip {
                 Some(_) if !next_is_over => self.follow_slowly(count),
                 _ => 0.0,
             };
-        } else if way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
+        } else if !is_beyond && way > 0.0 && self.goal() >= asked.limit && angle >= asked.limit - count {
             self.settle(Phase::Held(Why::Angle));
         } else {
             // A motor that follows late gets no goal beyond the one that it is to stop at.

@@ -240,6 +240,38 @@ fn the_range_is_the_motors_and_not_its_goals() {
     assert!(bench.grip.goal() > f64::from(limit) + 5.0 * COUNT);
 }
 
+/// A finger that is found outside its range, or beyond the limit of its next grip, goes there at the speed that is asked for.
+#[test]
+fn no_grip_jumps_into_its_range_or_to_its_limit() {
+    // Where the motor is behind its goal, that goes back to it at once.
+    let (step, back) = (0.05 * TICK + 1e-9, COUNT);
+    let to = |limit| Target { speed: Some(0.05), limit, ..Target::of(5.0) };
+    let mut bench = Bench { knows_slope: true, ..Bench::new(1) };
+    bench.grip.found(-0.2);
+    bench.grip.grip(&to(None), &LIMITS);
+    for _ in 0..4000 {
+        let before = bench.grip.goal();
+        bench.tick();
+        assert!((bench.grip.goal() - before).abs() <= step, "from {before} to {} rad", bench.grip.goal());
+    }
+    assert_eq!(bench.grip.phase(), Phase::Gripped);
+    // On the way to 0.055 rad it passes the 3 N that are asked for now, and does not stay there.
+    bench.grip.grip(&Target { force: 3.0, ..to(Some(0.055)) }, &LIMITS);
+    while bench.grip.phase() != Phase::Held(Why::Angle) {
+        let before = bench.grip.goal();
+        bench.tick();
+        assert!((before - bench.grip.goal()).abs() <= back, "from {before} to {} rad", bench.grip.goal());
+        assert_ne!(bench.grip.phase(), Phase::Gripped);
+    }
+    assert!((bench.grip.goal() - 0.055).abs() <= 1.5 * COUNT, "{} rad", bench.grip.goal());
+    // What is wrong meanwhile leaves it where it is.
+    bench.grip.found(-0.2);
+    bench.grip.grip(&to(None), &LIMITS);
+    bench.sound = false;
+    bench.run(20);
+    assert!(bench.grip.goal() <= -0.2 + 2.0 * step, "{} rad", bench.grip.goal());
+}
+
 #[test]
 fn a_motion_of_a_servo_that_sags_ends_at_the_force_limit() {
     for speed in [0.35, 0.1] {
