@@ -55,13 +55,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let spent = self.look_aside(&mut rub, estimate, self.settings().budget);
         (rub.waited, estimate.iterations) = (0, estimate.iterations.saturating_add(spent as u16));
         if spent > 0 && rub.has_angle {
-            let old = *estimate;
             self.show_rubbing(rub, estimate, false);
-            if self.is_at_angle() {
-                return Some(Status::Updating);
-            }
-            *estimate = Estimate { iterations: estimate.iterations, ..old };
-            return Some(Status::MaxIterations);
+            return Some(if self.is_at_angle() { Status::Updating } else { Status::MaxIterations });
         }
         self.keep(rub);
         (spent > 0).then_some(Status::MaxIterations)

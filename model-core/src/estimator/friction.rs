@@ -67,8 +67,8 @@ pub(super) const PAST: u32 = 8;
 /// Shortest way from tick to tick that shows how the forces change, rad.
 const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
 /// By how many plays an angle is behind the motion's front that has gone back from there: less is noise. The most by which forces are moved along.
-const GOES_BACK: f64 = 1.5;
-const FARTHEST: f64 = 5.0;
+const GOES_BACK: f32 = 1.5;
+const FARTHEST: f32 = 5.0;
 /// No forces.
 pub(super) const NOTHING: Reading<f32> = Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 };
 
@@ -255,12 +255,12 @@ impl<T: Real, S: Size> Estimator<T, S> {
 
     /// The forces are those of the measured angle: of the finger's place, or moved along from there.
     pub(super) fn is_at_angle(&self) -> bool {
-        let rub = self.rub();
-        let is_known = self.settings().budget >= CONVERGES_WITHIN || rub.has_angle;
-        !rub.is_far && (is_known || rub.path.ahead_of(rub.place) == 0.0)
+        let has_time = self.settings().budget >= CONVERGES_WITHIN;
+        let reaches = |rub: &Rub| !rub.is_far && (has_time || rub.has_angle || rub.path.ahead_of(rub.place) == 0.0);
+        self.rub.as_ref().first().is_none_or(reaches)
     }
 
-    /// Shows what is known at the measured angle.
+    /// Shows what is known at the measured angle, unless that is too far ([`Self::is_at_angle`]).
     pub(super) fn show_rubbing(&mut self, mut rub: Rub, estimate: &mut Estimate, free: bool) {
         let given = self.given();
         let ends = rub.ends();
@@ -268,7 +268,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (play, backlash) = self.slack();
-        let reach = |plays: f64| plays * play.max(4.0 * SHORTEST_WAY);
+        let reach = |plays: f32| plays * (play as f32).max(4.0 * SHORTEST_WAY as f32);
         let turned = rub.path.turned(backlash).copied();
         // A motion from an unknown past, or one that has just turned round, may have begun anywhere within the play.
         let lag = if (rub.path.supposed || turned.is_some()) && rub.has_angle { play as f32 } else { 0.0 };
@@ -279,16 +279,20 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let back = if rub.has_back { stayed.plus(-short, &rub.per_angle_back) } else { one };
         let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
         // Farther behind than noise it has gone back.
-        let goes_back = !rub.path.unknown && f64::from(short.abs()) > reach(GOES_BACK);
-        let beyond = f64::from(short.abs().max(rest.abs())) > reach(FARTHEST);
+        let goes_back = !rub.path.unknown && short.abs() > reach(GOES_BACK);
+        let beyond = short.abs().max(rest.abs()) > reach(FARTHEST);
         rub.is_far = !free && (beyond || goes_back && !rub.has_back);
+        if rub.is_far {
+            self.keep(rub);
+            return;
+        }
         // The middle of what may be: of a past that is known, what is.
-        rub.shown = if goes_back && rub.has_back { back } else { one.plus(0.5, &other.plus(-1.0, &one)) };
+        rub.shown = if goes_back { back } else { one.plus(0.5, &other.plus(-1.0, &one)) };
         (estimate.force, estimate.torque) = (rub.shown.force, rub.shown.torque);
         estimate.interval = ends.map(|_| {
             let interval = Interval::over(&one, &others).with(estimate.force, estimate.torque);
             // Soon after a turn the forces change otherwise than they did on the way.
-            let is_fresh = !free && rub.path.turned(backlash + reach(FARTHEST)).is_some();
+            let is_fresh = !free && rub.path.turned(backlash + f64::from(reach(FARTHEST))).is_some();
             interval.up_to(&stayed).up_to(&back).up_to(if is_fresh { &rub.reading } else { &one })
         });
         let per_angle = if goes_back { &rub.per_angle_back } else { &rub.per_angle };

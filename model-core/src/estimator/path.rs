@@ -32,8 +32,8 @@ const LEAP: f64 = core::f64::consts::PI / 180.0;
 /// Angles of which the median is followed.
 const LAST: usize = 5;
 /// By how many plays the last angle is beyond where it would be at rest if it is no noise, and the one before it beyond their median.
-const NO_NOISE: f64 = 2.5;
-const ON_THE_WAY: f64 = 1.25;
+const NO_NOISE: f32 = 2.5;
+const ON_THE_WAY: f32 = 1.25;
 
 /// The way that the measured angles describe.
 #[derive(Clone, Copy)]
@@ -116,14 +116,24 @@ impl Path {
     fn surely(&self, play: f64) -> [f64; 2] {
         let [.., before, last] = self.measured;
         let middle = median(self.measured);
-        let beyond = |by: f64, plays: f64| if by.abs() > plays * play { by.signum() } else { 0.0 };
-        let is_motion = |last: f64, before: f64| last != 0.0 && last == before;
-        let leaves = is_motion(beyond(last - self.at, NO_NOISE), beyond(before - self.at, NO_NOISE));
-        let goes_on = is_motion(beyond(last - middle, NO_NOISE), beyond(before - middle, ON_THE_WAY));
+        // How far each is from where the history was; single precision is enough for that.
+        let [by_middle, by_before, by_last] = [middle, before, last].map(|angle| (angle - self.at) as f32);
+        let plays = |count: f32| count * play as f32;
+        let both = |[a, b]: [f32; 2], [least, less]: [f32; 2]| a > least && b > less || a < -least && b < -less;
+        let leaves = both([by_last, by_before], [plays(NO_NOISE); 2]);
+        let goes_on = both([by_last - by_middle, by_before - by_middle], [plays(NO_NOISE), plays(ON_THE_WAY)]);
         if leaves || goes_on {
             return [last; 2];
         }
-        [middle.min(before).min(last), middle.max(before).max(last)]
+        let mut ends = [(by_middle, middle); 2];
+        for found in [(by_before, before), (by_last, last)] {
+            if found.0 < ends[0].0 {
+                ends[0] = found;
+            } else if found.0 > ends[1].0 {
+                ends[1] = found;
+            }
+        }
+        ends.map(|(_, angle)| angle)
     }
 
     /// Takes the measured angle of an open hand, rad, which has no history and so no play: where it touches first is not found too late.
