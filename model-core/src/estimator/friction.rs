@@ -66,9 +66,11 @@ pub(super) enum Turn {
 pub(super) const PAST: u32 = 8;
 /// Shortest way from tick to tick that shows how the forces change, rad.
 const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
-/// By how many plays an angle is behind the motion's front that has gone back from there: less is noise. The most by which forces are moved along.
-const GOES_BACK: f32 = 1.5;
+/// By how many plays two angles in a row, and one alone, are behind the motion's front that has gone back from there: less is noise. The most by which forces are moved along.
+const GOES_BACK: [f32; 2] = [1.5, 2.5];
 const FARTHEST: f32 = 5.0;
+/// For how many plays after a turn the forces may change otherwise than on the way.
+const SOON: f32 = 2.0;
 /// No forces.
 pub(super) const NOTHING: Reading<f32> = Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 };
 
@@ -109,6 +111,11 @@ impl Rub {
         near.map(|end| end.reading.plus(way(end) as f32, &self.per_angle))
     }
 
+    /// The finger has come a known way, and has gone back on it by more than noise.
+    fn goes_back(&self, play: f64) -> bool {
+        !self.path.unknown && self.path.goes_back(play, GOES_BACK.map(|plays| reach(play, plays)))
+    }
+
     /// Takes these forces of a past, or that there are none.
     pub fn put(&mut self, way: SlipWay, found: Option<Reading<f32>>) {
         let found = found.map(|reading| End { at: self.place, reading });
@@ -128,6 +135,11 @@ impl Rub {
         let other = if self.path.supposed { Some(self.reading) } else { self.end(way.other()) };
         Some([self.end(way)?, other?])
     }
+}
+
+/// So many plays, rad; where there is none, counts of a servo.
+fn reach(play: f64, plays: f32) -> f32 {
+    plays * (play as f32).max(4.0 * SHORTEST_WAY as f32)
 }
 
 impl<T: Real, S: Size> Estimator<T, S> {
@@ -268,7 +280,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (play, backlash) = self.slack();
-        let reach = |plays: f32| plays * (play as f32).max(4.0 * SHORTEST_WAY as f32);
+        let reach = |plays: f32| reach(play, plays);
         let turned = rub.path.turned(backlash).copied();
         // A motion from an unknown past, or one that has just turned round, may have begun anywhere within the play.
         let lag = if (rub.path.supposed || turned.is_some()) && rub.has_angle { play as f32 } else { 0.0 };
@@ -279,7 +291,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let back = if rub.has_back { stayed.plus(-short, &rub.per_angle_back) } else { one };
         let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
         // Farther behind than noise it has gone back.
-        let goes_back = !rub.path.unknown && short.abs() > reach(GOES_BACK);
+        let goes_back = !free && rub.goes_back(play);
         let beyond = short.abs().max(rest.abs()) > reach(FARTHEST);
         rub.is_far = !free && (beyond || goes_back && !rub.has_back);
         if rub.is_far {
@@ -292,7 +304,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         estimate.interval = ends.map(|_| {
             let interval = Interval::over(&one, &others).with(estimate.force, estimate.torque);
             // Soon after a turn the forces change otherwise than they did on the way.
-            let is_fresh = !free && rub.path.turned(backlash + f64::from(reach(FARTHEST))).is_some();
+            let is_fresh = !free && rub.path.turned(backlash + f64::from(reach(SOON))).is_some();
             interval.up_to(&stayed).up_to(&back).up_to(if is_fresh { &rub.reading } else { &one })
         });
         let per_angle = if goes_back { &rub.per_angle_back } else { &rub.per_angle };

@@ -31,7 +31,7 @@ const LEAP: f64 = core::f64::consts::PI / 180.0;
 
 /// Angles of which the median is followed.
 const LAST: usize = 5;
-/// By how many plays the last angle is beyond where it would be at rest if it is no noise, and the one before it beyond their median.
+/// By how many plays the last angle is farther than noise from where the history was, or from the median, and the one before it from the median.
 const NO_NOISE: f32 = 2.5;
 const ON_THE_WAY: f32 = 1.25;
 
@@ -174,6 +174,13 @@ impl Path {
     pub fn short_of_front(&self, play: f64) -> f64 {
         let short = -self.ahead_of(self.front(play));
         if self.leads && short * self.way().sign() > 0.0 { short } else { 0.0 }
+    }
+
+    /// The measured angle is farther behind the front than this, rad, and the one before it as well, or much farther.
+    pub fn goes_back(&self, play: f64, [far, much]: [f32; 2]) -> bool {
+        let [.., before, last] = self.measured;
+        let behind = |angle: f64| ((self.front(play) - angle) * self.way().sign()) as f32;
+        self.leads && (behind(last).min(behind(before)) > far || behind(last) > much)
     }
 
     /// How far the measured angle is from a place, rad.
