@@ -70,7 +70,7 @@ const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
 const GOES_BACK: [f32; 2] = [1.5, 2.5];
 const FARTHEST: f32 = 5.0;
 /// For how many plays after a turn the forces may change otherwise than on the way.
-const SOON: f32 = 2.0;
+const SOON: f32 = 3.0;
 /// No forces.
 pub(super) const NOTHING: Reading<f32> = Reading { force: [0.0; 2], normal: 0.0, torque: 0.0 };
 
