@@ -332,3 +332,29 @@ fn ribs_that_bow_are_warned_of() {
         assert_eq!(first, expected, "{thickness} mm at {height} mm: {found:?}");
     }
 }
+
+/// A bore gives way where its radius grows: derivatives against differences, of a cylinder as well.
+#[test]
+fn derivatives_with_the_radius_are_those_of_the_key() {
+    for (shape, radius, centre, degrees) in [("circle", 40.0, [41, 45], 6.0), ("bore", 200.0, [-180, -2], 2.5)] {
+        let state = |radius: f64| {
+            let text = format!(
+                "finger = \"preset:ladder-80\"\nmotion.motor_angles_deg = [{degrees}]\n\
+                 object = {{ shape = \"{shape}\", radius_mm = {radius}, centre_mm = {centre:?} }}\n"
+            );
+            let run = solve(&Case::parse("case.toml", &text).unwrap(), &Options::default()).unwrap();
+            assert!(run.is_trustworthy(), "{shape} {radius}");
+            run.places[0].state.clone().unwrap()
+        };
+        let step = 0.002;
+        let [less, more] = [-step, step].map(|change| state(radius + change));
+        let found = state(radius).sensitivity.unwrap();
+        for axis in 0..2 {
+            let expected = (more.force_n[axis] - less.force_n[axis]) / (2.0 * step);
+            let off = found.force_per_radius_mm_n[axis] - expected;
+            assert!(off.abs() < 0.02 * expected.abs() + 1e-3, "{shape}: {found:?}, by differences {expected}");
+        }
+        let expected = (more.motor_torque_nmm - less.motor_torque_nmm) / (2.0 * step);
+        assert!((found.torque_per_radius_mm_nmm / expected - 1.0).abs() < 0.02, "{shape}: {found:?} {expected}");
+    }
+}
