@@ -28,6 +28,7 @@ pub use keys::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, Memory};
 pub use motion::{Clock, Coordinate, Path as MotionPath};
 pub use object::read_object;
 pub use object_words::{ObjectWords, object_keys};
+pub(crate) use preset::no_such_preset;
 pub use preset::{NEW, PRESETS};
 pub use read::Case;
 pub use reference::{PICTURES, reference};

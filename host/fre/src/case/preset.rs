@@ -7,7 +7,7 @@ pub const NEW: &str = include_str!("new.toml");
 pub const PRESETS: [&str; 6] = ["ladder-80", "fea-80", "dhas-80", "umi", "vekkax", "hamburg-80"];
 
 /// What is wrong with a preset that is none, and which there are.
-pub(super) fn no_such_preset() -> String {
+pub(crate) fn no_such_preset() -> String {
     let names = PRESETS.map(|name| format!("\"preset:{name}\""));
     format!("there is no such preset; allowed are {}", names.join(", "))
 }

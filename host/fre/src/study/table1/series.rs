@@ -2,7 +2,7 @@
 
 use model_core::object::ObjectDesign;
 
-use crate::case::{Case, CaseError, MotionPath, preset};
+use crate::case::{Case, CaseError, MotionPath, no_such_preset, preset};
 
 /// The finger.
 pub const PRESET: &str = "dhas-80";
@@ -57,7 +57,7 @@ impl Series {
         let missing = || CaseError::Unreadable {
             file: PRESET.to_owned(),
             kind: std::io::ErrorKind::NotFound,
-            reason: "there is no such preset".to_owned(),
+            reason: no_such_preset(),
         };
         let finger = preset(PRESET).ok_or_else(missing)??;
         let touch_deg = self.angles_deg[0] - APPROACH_DEG;
