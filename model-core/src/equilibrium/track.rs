@@ -109,7 +109,6 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         let mut shortens = is_open;
         // On a sharp outline the direction of the force turns as well: what is said of a step is less, but not how it goes on.
         let round = (self.model.sharpest.to_f64() / ROUND).min(1.0);
-
         let (near, mut moved) = (T::of(NEAR_ENOUGH), T::ZERO);
         let (mut trusted, mut bounded, mut spare);
         loop {

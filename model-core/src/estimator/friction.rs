@@ -66,8 +66,9 @@ pub(super) enum Turn {
 pub(super) const PAST: u32 = 8;
 /// Shortest way from tick to tick that shows how the forces change, rad.
 const SHORTEST_WAY: f64 = 0.25 * core::f64::consts::TAU / 4096.0;
-/// By how many plays two angles in a row, and one alone, are behind the motion's front that has gone back from there: less is noise. The most by which forces are moved along.
+/// By how many plays two angles in a row, and one alone, are behind the motion's front where it has gone back from there: less is noise.
 const GOES_BACK: [f32; 2] = [1.5, 2.5];
+/// Over how many plays forces are moved along at most.
 const FARTHEST: f32 = 5.0;
 /// For how many plays after a turn the forces may change otherwise than on the way.
 const SOON: f32 = 3.0;

@@ -101,6 +101,11 @@ impl Layout {
         self.touching + self.runs
     }
 
+    /// How far the rows of a factor are apart.
+    fn stride<S: Size>(self) -> usize {
+        S::stride(self.rows())
+    }
+
     /// The samples of a run.
     fn run(self, run: usize) -> Range<usize> {
         let first = |run: usize| (run * self.touching).checked_div(self.runs).unwrap_or(0);
@@ -234,7 +239,7 @@ fn settle<T: Real, S: Size>(Parts { work, factored, .. }: &mut Parts<'_, T, S>, 
     for (place, row) in work.solution.listed.as_mut().iter_mut().zip(turnings.chain(layout.all_gaps())) {
         *place = row as u16;
     }
-    let stride = S::stride(layout.rows());
+    let stride = layout.stride::<S>();
     // A heap has the room.
     let _ = work.solution.fit_rows(stride);
     let (from, rows, listed) =
@@ -255,14 +260,7 @@ pub(super) fn velocity<T: Real, S: Size>(
         *into = row;
     }
     let (x, y) = (solution.delta.as_mut(), solution.spare.as_mut());
-    symmetric::solve(
-        solution.factored.as_ref(),
-        layout.rows(),
-        S::stride(layout.rows()),
-        solution.order.as_ref(),
-        x,
-        y,
-    );
+    symmetric::solve(solution.factored.as_ref(), layout.rows(), layout.stride::<S>(), solution.order.as_ref(), x, y);
     let delta = solution.delta.as_ref();
     increment.find(Evaluated { model, kinematics, contacts }, &factored.kkt, &factored.border, right, delta);
     for (into, &angle) in velocity.angle.as_mut().iter_mut().zip(increment.angle.as_ref()).take(model.node_count) {
@@ -350,7 +348,7 @@ fn respond_scaled<T: Real, S: Size>(
     symmetric::solve(
         work.solution.factored.as_ref(),
         layout.rows(),
-        S::stride(layout.rows()),
+        layout.stride::<S>(),
         work.solution.order.as_ref(),
         x,
         y,

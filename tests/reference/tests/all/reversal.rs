@@ -35,7 +35,7 @@ fn update(estimator: &mut Estimator<f32, Rubbing>, angle: f64, most: u32) -> Est
     estimate
 }
 
-/// Closes by 8° beyond first contact and opens, so many degrees in a tick.
+/// Closes from 2° before first contact to 8° beyond and opens, so many degrees in a tick.
 fn turned(coefficient: f64, height: f64, degrees: f64, most: u32) -> Opening {
     let (design, how) = (ladder_80(), Discretisation::estimator(Physics::Extended));
     let object = ObjectDesign::Circle { centre: [41.0, height], radius: 40.0 };
@@ -90,7 +90,9 @@ fn a_turn_at_speed_is_noticed() {
                 let case = format!("{degrees}° a tick, m {coefficient}, {height} mm, {most} iterations");
                 println!("{case}: {found:?}");
                 assert!(found.outside <= 3 && found.worst < 1.3, "{case}: {found:?}");
-                assert!(most == 1 || found.trusted * 10 >= found.touching * 6, "{case}: {found:?}");
+                // With time for one iteration a motion of more than two counts a tick is not kept up with.
+                let keeps_up = most > 1 || degrees < 0.15;
+                assert!(!keeps_up || found.trusted * 2 >= found.touching, "{case}: {found:?}");
             }
         }
     }

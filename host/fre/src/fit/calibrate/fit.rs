@@ -265,7 +265,7 @@ struct Point {
 /// Fits parameters to runs.
 ///
 /// # Errors
-/// There is no parameter, or the design is refused as it is.
+/// Nothing is to be fitted, or the design is refused as it is.
 pub fn fit(
     model: &Predictor<'_>,
     runs: &[Readings],
