@@ -4,6 +4,7 @@
 //! the file, the line, the key, its value and what is allowed.
 
 mod check;
+mod described;
 mod edit;
 mod error;
 mod explain;
@@ -20,10 +21,11 @@ mod read;
 mod reference;
 mod source;
 
+pub use described::{Described, describe_finger};
 pub use edit::Document;
 pub use error::{CaseError, KeyError, KnownKeys, Place};
 pub use finger::Finger;
-pub use finger_file::{Described, describe_finger, named_finger, preset, read_finger};
+pub use finger_file::{named_finger, preset, read_finger};
 pub use keys::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, Memory};
 pub use motion::{Clock, Coordinate, Path as MotionPath};
 pub use object::read_object;
