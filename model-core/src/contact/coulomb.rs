@@ -12,7 +12,7 @@
 //!
 //! Where the beam slides along a round object the normals turn, and the forces with them. The turning row (`newton::turning`) is the force
 //! t ϑ Σμ of the normals' turn ϑ; the tangential forces turn along, by n ϑ Σ|τ|, which is so much of that row's multiplier put on the normal
-//! beside it ([`Turning`]). Without it an iteration leaves that force behind.
+//! beside it ([`turn`]). Without it an iteration leaves that force behind.
 //!
 //! The order in which states change decides whether they settle. All places change at once, until a set comes again; then only the one
 //! that is furthest off does. (a) What sticks beyond its cone slips that way, even if it pulls. (b) Only what slips and pulls opens.
@@ -50,40 +50,17 @@ impl<T> Law<T> {
     }
 }
 
-/// What the turning row's multiplier puts on the normal beside it, as the tangential forces turn with the normals.
-#[derive(Clone, Copy)]
-pub(crate) struct Turning<T> {
-    /// The turning row; the normal is the one before it.
-    row: usize,
-    /// Στ/Σμ, towards the tip.
-    share: T,
-}
-
-impl<T: Real> Turning<T> {
-    /// Of these rows; none where no normal comes before a turning row.
-    pub(crate) fn of(rows: &[Row<T>]) -> Option<Self> {
-        let row = rows.iter().position(|row| row.direction == Direction::Turning)?;
-        let (mut along, mut push) = (T::ZERO, T::ZERO);
-        for row in rows {
-            match row.direction {
-                Direction::Tangent => along += row.multiplier,
-                Direction::Normal => push += row.multiplier,
-                Direction::Turning => {}
-            }
-        }
-        let has_normal = row.checked_sub(1).and_then(|before| rows.get(before)).is_some_and(Row::only_pushes);
-        (has_normal && push > T::ZERO).then(|| Self { row, share: along / push })
-    }
-
-    /// Adds to the rows' steps, or takes away with a `part` of −1, what the turning puts on the normal.
-    pub(crate) fn put_on(&self, part: T, delta: &mut [T]) {
-        let turned = delta.at(self.row);
-        delta.add(self.row.wrapping_sub(1), part * self.share * turned);
+/// Adds to the rows' steps, or takes away with a `part` of −1, what the turnings put on the normals beside them: the normal is the row before, and
+/// gets so much of the turning's multiplier as the tangential forces are of the normal ones.
+pub(crate) fn turn<T: Real>(rows: &[Row<T>], part: T, delta: &mut [T]) {
+    for (turning, row) in rows.iter().enumerate().filter(|(_, row)| row.direction == Direction::Turning) {
+        let turned = row.tilt * delta.at(turning);
+        delta.add(turning.wrapping_sub(1), part * turned);
     }
 }
 
 /// Finds the rows' new states, from the present ones on, and the steps Δμ, Δτ of all rows: those of the multipliers, without what
-/// [`Turning`] puts on a normal.
+/// the turnings put on normals ([`turn`]).
 pub(crate) fn settle<T: Real>(
     problem: &mut Problem<'_, T>,
     law: Law<T>,
@@ -98,7 +75,7 @@ pub(crate) fn settle<T: Real>(
         *state = if law.is_forced() && touches { law.forced } else { row.state };
     }
     let coefficient = law.coefficient;
-    let turning = problem.rows.get(..count).and_then(Turning::of);
+    problem.rows = problem.rows.get(..count).unwrap_or(&[]);
     let (mut seen, mut one_by_one, mut work) = ([0_u32; REMEMBERED], false, 0);
     for pass in 0..4 * count + REMEMBERED {
         let mark = fingerprint(states);
@@ -106,11 +83,11 @@ pub(crate) fn settle<T: Real>(
         if let Some(slot) = seen.get_mut(pass) {
             *slot = mark;
         }
-        solve_on(problem, coefficient, turning, states, delta);
+        solve_on(problem, coefficient, states, delta);
         let mut worst: Option<(usize, Change, T)> = None;
         let mut changed = false;
         for tangent in (0..count).filter(|&j| is_tangent(problem.rows, j)) {
-            let Some((change, size)) = wanted(problem, law, turning, tangent, states, delta) else { continue };
+            let Some((change, size)) = wanted(problem, law, tangent, states, delta) else { continue };
             if one_by_one {
                 if worst.is_none_or(|(_, _, most)| size > most) {
                     worst = Some((tangent, change, size));
@@ -137,11 +114,9 @@ pub(crate) fn settle<T: Real>(
         }
     }
     if !outcome.settled && !law.is_bounded {
-        solve_on(problem, coefficient, turning, states, delta);
+        solve_on(problem, coefficient, states, delta);
     }
-    if let Some(turning) = turning {
-        turning.put_on(-T::one(), delta);
-    }
+    turn(problem.rows, -T::one(), delta);
     outcome
 }
 
@@ -171,7 +146,6 @@ fn slip<T: Real>(towards: T) -> ContactState {
 fn wanted<T: Real>(
     problem: &Problem<'_, T>,
     law: Law<T>,
-    turning: Option<Turning<T>>,
     tangent: usize,
     states: &[ContactState],
     delta: &[T],
@@ -182,8 +156,8 @@ fn wanted<T: Real>(
         let run = problem.flexibility.get(row * stride..).unwrap_or(&[]);
         product(run, delta) - problem.rhs.at(row)
     };
-    let turned = |row: usize| match turning {
-        Some(turning) if turning.row == row + 1 => turning.share * delta.at(turning.row),
+    let turned = |row: usize| match problem.rows.get(row + 1) {
+        Some(turning) if turning.direction == Direction::Turning => turning.tilt * delta.at(row + 1),
         _ => T::ZERO,
     };
     let total =
@@ -228,14 +202,8 @@ fn is_equation(state: ContactState) -> bool {
     matches!(state, ContactState::Closed | ContactState::Stick)
 }
 
-/// Solves for the steps of all rows in their present states, with what the turning puts on a normal.
-fn solve_on<T: Real>(
-    problem: &mut Problem<'_, T>,
-    coefficient: T,
-    turning: Option<Turning<T>>,
-    states: &[ContactState],
-    delta: &mut [T],
-) {
+/// Solves for the steps of all rows in their present states, with what the turnings put on normals.
+fn solve_on<T: Real>(problem: &mut Problem<'_, T>, coefficient: T, states: &[ContactState], delta: &mut [T]) {
     let stride = problem.stride.max(1);
     // What is not an equation: open rows give up their multipliers, slipping ones go to the cone of the present normal force.
     for (j, ((delta, row), &state)) in delta.iter_mut().zip(problem.rows).zip(states).enumerate() {
@@ -248,8 +216,8 @@ fn solve_on<T: Real>(
         problem.listed.put(listed, j as u16);
         // What it takes along of the row before it: a normal that slips of its tangent, the turning of the normal beside it.
         let beside = j.checked_sub(1).filter(|&before| is_tangent(problem.rows, before));
-        let along = match turning {
-            Some(turning) if turning.row == j => turning.share,
+        let along = match problem.rows.get(j) {
+            Some(turning) if turning.direction == Direction::Turning => turning.tilt,
             _ => beside.map_or(T::ZERO, |tangent| coefficient * sign::<T>(states.at(tangent))),
         };
         problem.spare.put(listed, along);
@@ -285,9 +253,7 @@ fn solve_on<T: Real>(
             }
         }
     }
-    if let Some(turning) = turning {
-        turning.put_on(T::one(), delta);
-    }
+    turn(problem.rows, T::one(), delta);
 }
 
 /// Negative eigenvalues of D on the rows that are equations: what the stability test compares.

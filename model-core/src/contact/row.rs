@@ -49,7 +49,7 @@ pub(crate) struct Row<T> {
     pub gap: T,
     /// Normal out of the object: of a sample that touches the one that strains the beam.
     pub normal: [T; 2],
-    /// How far the object's normal at the sample is turned from it, rad, counter-clockwise.
+    /// How far the object's normal at the sample is turned from it, rad, counter-clockwise; of a turning, Στ/Σμ of its patch, towards the tip.
     pub tilt: T,
     /// Curvature of the object's level line there, 1/mm.
     pub curvature: T,

@@ -11,6 +11,7 @@ use crate::discretise::{Discretisation, Elements, Physics};
 use crate::linear::symmetric;
 use crate::newton::condense::Diagonal;
 use crate::newton::tests::{Place, Rubbing, dense, frozen_points, places};
+use crate::newton::turning::Patches;
 use crate::object::{Motion, ObjectDesign};
 use crate::random_designs::{Random, first_contact, random_case};
 use crate::size::Size;
@@ -44,7 +45,7 @@ fn rows_of_dense(follower: &mut Solver) -> usize {
         all.extend([*tangent, *normal, along]);
     }
     follower.work.contacts.rows[..all.len()].copy_from_slice(&all);
-    (follower.work.contacts.count, follower.work.contacts.turning) = (all.len(), None);
+    (follower.work.contacts.count, follower.work.contacts.patches) = (all.len(), Patches::NONE);
     all.len()
 }
 

@@ -15,8 +15,9 @@ use super::gaps::Contacts;
 use super::kinematics::Kinematics;
 use super::residual::Residual;
 use super::settings::NewtonSettings;
+use super::turning::{self, Patches};
 use crate::access::Access;
-use crate::contact::{ContactState, Direction, Row};
+use crate::contact::{Direction, Row};
 use crate::linear::banded::{self, BAND};
 use crate::model::Model;
 use crate::real::Real;
@@ -37,10 +38,11 @@ pub(crate) struct Factorisation<T: Real, S: Size> {
     pub band: S::Unknowns<[T; BAND + 1]>,
     /// Its negative pivots, less the 2(K+1) that the closures give.
     pub excess: isize,
-    /// Samples of the rows that it was made with, and how many, if it may be kept; the place and the softness of the turning among them.
+    /// Samples of the rows that it was made with, and how many, if it may be kept; the turnings among them, and their softnesses.
     samples: S::Contacts<u16>,
     noted: Option<u16>,
-    turning: Option<(u16, T)>,
+    patches: Patches,
+    turnings: [T; turning::MOST],
 }
 
 impl<T: Real, S: Size> Factorisation<T, S> {
@@ -52,7 +54,8 @@ impl<T: Real, S: Size> Factorisation<T, S> {
         excess: 0,
         samples: <S::Contacts<u16> as Storage<u16>>::EMPTY,
         noted: None,
-        turning: None,
+        patches: Patches::NONE,
+        turnings: [T::ZERO; turning::MOST],
     };
 
     /// Makes room for a model; false if there is none.
@@ -147,40 +150,40 @@ impl<T: Real, S: Size> Factorisation<T, S> {
             *sample = row.sample;
         }
         self.noted = Some(contacts.count as u16);
-        self.turning = contacts.turning.map(|index| (index, contacts.rows.as_ref().at(usize::from(index)).softness));
+        self.patches = contacts.patches;
+        for (softness, patch) in self.turnings.iter_mut().zip(self.patches.list()) {
+            *softness = contacts.rows.as_ref().at(usize::from(patch.row)).softness;
+        }
     }
 
     /// Brings the rows of the last evaluation to the places that they have in the factorisation. Those that it has besides become rows
-    /// without a contact. False if it lacks one of them, or if what the turning belongs to no longer touches: the rows are then as they were.
+    /// without a contact. False if it lacks one of them, or if what a turning is beside no longer touches: the rows are then as they were.
     pub fn takes(&self, model: &Model<T, S>, contacts: &mut Contacts<T, S>) -> bool {
         let Some(noted) = self.noted.map(usize::from) else { return false };
-        let turning = self.turning.map(|(index, softness)| (usize::from(index), softness));
-        let is_turning = |j: usize| turning.is_some_and(|(index, _)| index == j);
         let (samples, count) = (self.samples.as_ref().run(0..noted), contacts.count);
         let rows = contacts.rows.as_mut();
         let mut present = rows.iter().take(count).map(|row| row.sample).peekable();
         for (j, &sample) in samples.iter().enumerate() {
-            if !is_turning(j) {
+            if !self.patches.has(j) {
                 present.next_if_eq(&sample);
             }
         }
-        // The row at the middle of the force, which the turning belongs to.
-        let middle = turning.and_then(|(index, _)| samples.get(index.checked_sub(1)?));
-        let touches = |sample: &u16| rows.iter().take(count).any(|row| row.sample == *sample && row.touches());
-        if present.next().is_some() || middle.is_some_and(|middle| !touches(middle)) {
+        // The row at the middle of a patch's force, which its turning is beside.
+        let touches = |sample: u16| rows.iter().take(count).any(|row| row.sample == sample && row.touches());
+        let all_touch = self.patches.list().iter().all(|patch| touches(samples.at(usize::from(patch.row))));
+        if present.next().is_some() || !all_touch {
             return false;
         }
-        let tilted = rows.iter().take(count).fold(T::ZERO, |sum, row| sum + row.multiplier * row.tilt);
         // From the last one, so that no row is overwritten before it has moved.
         let mut from = count;
         let mut above = None;
         for (j, &sample) in samples.iter().enumerate().rev() {
             // A tangent comes before its normal.
             let is_normal = above != Some(sample);
-            above = Some(sample).filter(|_| is_normal && !is_turning(j));
+            above = Some(sample).filter(|_| is_normal && !self.patches.has(j));
             let last = from.checked_sub(1).and_then(|last| rows.get(last)).filter(|row| row.sample == sample);
             let row = match last {
-                Some(&row) if !is_turning(j) => {
+                Some(&row) if !self.patches.has(j) => {
                     from -= 1;
                     row
                 }
@@ -196,19 +199,14 @@ impl<T: Real, S: Size> Factorisation<T, S> {
             rows.put(j, row);
         }
         contacts.count = noted;
-        contacts.turning = self.turning.map(|(index, _)| index);
-        let Some((index, softness)) = turning else { return true };
-        let middle = rows.at(index.saturating_sub(1));
-        let turning = Row {
-            direction: Direction::Turning,
-            state: ContactState::Closed,
-            gap: -(softness * tilted),
-            normal: [-middle.normal[1], middle.normal[0]],
-            softness,
-            multiplier: T::ZERO,
-            ..middle
-        };
-        rows.put(index, turning);
+        contacts.patches = self.patches;
+        for (patch, &softness) in self.patches.list().iter().zip(&self.turnings) {
+            let row = usize::from(patch.row);
+            // It has its neighbour's sample.
+            let beside = rows.at(row.saturating_sub(1));
+            let turning = turning::turning_row(rows.run(patch.rows()), &beside, softness);
+            rows.put(row, turning);
+        }
         true
     }
 }
@@ -231,6 +229,7 @@ impl<T: Real> Diagonal<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::contact::ContactState;
     use crate::design::ladder_80;
     use crate::discretise::{Discretisation, Physics, discretise};
     use crate::size::Paper;
@@ -253,7 +252,7 @@ mod tests {
         discretise(&ladder_80(), &Discretisation::reduced(Physics::Paper), &mut model).expect("a valid finger");
         let mut made = touching(&[3, 7, 9]);
         made.add_turning(Paper::CONTACTS);
-        assert_eq!(made.turning, Some(2), "behind the middle one");
+        assert!(made.patches.list().len() == 1 && made.patches.has(2), "behind the middle one");
         let mut kept: Box<Factorisation<f64, Paper>> = Box::new(Factorisation::EMPTY);
         kept.note(&made, false);
 

@@ -1,6 +1,7 @@
 //! Gaps of the contact samples, and the rows they make.
 
 use super::kinematics::Kinematics;
+use super::turning::Patches;
 use crate::access::Access;
 use crate::contact::{ContactState, Direction, Row, Sample, sample_gap};
 use crate::model::{Model, vec2_of};
@@ -34,8 +35,8 @@ impl<T: Real> Sweep<T> {
 pub(crate) struct Contacts<T: Real, S: Size> {
     pub rows: S::Contacts<Row<T>>,
     pub count: usize,
-    /// The row among them that is not a gap but the turning of the contact force (see [`super::turning`]).
-    pub turning: Option<u16>,
+    /// Which of them are not gaps but the turning of the contact force (see [`super::turning`]).
+    pub patches: Patches,
 }
 
 /// A sweep under way: the rows made so far, and what is known of the places still to come.
@@ -151,7 +152,8 @@ impl<T: Real, S: Size> Gathering<'_, T, S> {
 }
 
 impl<T: Real, S: Size> Contacts<T, S> {
-    pub const EMPTY: Self = Self { rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY, count: 0, turning: None };
+    pub const EMPTY: Self =
+        Self { rows: <S::Contacts<Row<T>> as Storage<Row<T>>>::EMPTY, count: 0, patches: Patches::NONE };
 
     /// Makes room; false if there is none.
     pub fn fit(&mut self) -> bool {
@@ -172,7 +174,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
     /// Makes rows of the places that touch, with the normals of the state: what strains the front beam, and so says where the gaps
     /// are. That the normals there are the same is one more thing that must hold at an equilibrium.
     pub fn recall(&mut self, model: &Model<T, S>, state: &State<T, S>) {
-        (self.count, self.turning) = (state.touching_count, None);
+        (self.count, self.patches) = (state.touching_count, Patches::NONE);
         let touching = state.touching.as_ref().iter().zip(state.multiplier.as_ref()).zip(state.normal.as_ref());
         for (row, ((&sample, &multiplier), &normal)) in self.rows.as_mut().iter_mut().zip(touching).take(self.count) {
             let place = model.place(sample);

@@ -193,12 +193,16 @@ impl<T: Real, S: Size> State<T, S> {
             let x = usize::from(closure.unknown);
             *lambda = [lambda[0] + part * steps.at(x), lambda[1] + part * steps.at(x + 1)];
         }
-        let slide = contacts.slide(solution.delta.as_ref());
+        let mut patches = contacts.patches.list().iter().peekable();
+        let mut slide = T::ZERO;
         let mut touching = self.touching.as_mut().iter_mut().zip(self.multiplier.as_mut()).zip(self.normal.as_mut());
         let found = solution.delta.as_ref().iter().zip(solution.states.as_ref());
         self.touching_count = 0;
         let (mut tangential, mut slips) = (T::ZERO, ContactState::Open);
-        for (row, (&delta, &found)) in contacts.rows().iter().zip(found) {
+        for (j, (row, (&delta, &found))) in contacts.rows().iter().zip(found).enumerate() {
+            if let Some(patch) = patches.next_if(|patch| patch.rows().start <= j) {
+                slide = contacts.slide(patch, solution.delta.as_ref());
+            }
             let multiplier = row.multiplier + part * delta;
             if S::RUBS && row.direction == Direction::Tangent {
                 // It comes before its normal.

@@ -31,7 +31,7 @@ mod step;
 pub(crate) mod tests;
 mod thin;
 mod through;
-mod turning;
+pub(crate) mod turning;
 mod workspace;
 
 pub(crate) use evaluated::Evaluated;

@@ -9,7 +9,7 @@ use super::kinematics::SMALL;
 use super::residual::Largest;
 use super::settings::NewtonSettings;
 use super::{Hessian, Workspace, end_gaps, slip};
-use crate::contact::coulomb::Turning;
+use crate::contact::coulomb;
 use crate::element::{Depth, Places, Residuals, Tangents};
 use crate::model::Model;
 use crate::object::Object;
@@ -202,13 +202,12 @@ impl<T: Real, S: Size> Workspace<T, S> {
         let Factored { kkt, border, .. } = factored;
         let slip = &history.slip;
         let at = Evaluated { model, kinematics, contacts };
-        let turning = if slip.rubs() { Turning::of(contacts.rows()) } else { None };
-        if let Some(turning) = turning {
-            turning.put_on(T::one(), solution.delta.as_mut());
+        if slip.rubs() {
+            coulomb::turn(contacts.rows(), T::one(), solution.delta.as_mut());
         }
         increment.find(at, kkt, border, right, solution.delta.as_ref());
-        if let Some(turning) = turning {
-            turning.put_on(-T::one(), solution.delta.as_mut());
+        if slip.rubs() {
+            coulomb::turn(contacts.rows(), -T::one(), solution.delta.as_mut());
         }
     }
 
