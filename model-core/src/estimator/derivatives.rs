@@ -89,11 +89,16 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let Some(found) = self.take_derivatives(estimate) else { return false };
         self.is_fresh = false;
         let [x, y] = estimate.force_per_angle;
-        estimate.force = [estimate.force[0] + way * x, estimate.force[1] + way * y];
+        let before = estimate.force;
+        estimate.force = [before[0] + way * x, before[1] + way * y];
         let ratio = self.ratio as f32;
         let [u, v] = single(found.contact_centre).map(|part| part * ratio * way);
         estimate.contact_centre = [estimate.contact_centre[0] + u, estimate.contact_centre[1] + v];
         estimate.torque += found.torque.to_f64() as f32 * ratio * ratio * way;
+        if before[0] * estimate.force[0] + before[1] * estimate.force[1] < 0.0 {
+            // Contacts do not pull.
+            (estimate.force, estimate.torque) = ([0.0; 2], 0.0);
+        }
         true
     }
 }

@@ -109,7 +109,7 @@ impl Rub {
         };
         let way = |end: &End| self.place - end.at;
         let near = end.filter(|end| way(end) == 0.0 || self.has_angle && way(end).abs() <= SHORT_WAY);
-        near.map(|end| end.reading.plus(way(end) as f32, &self.per_angle))
+        near.map(|end| end.reading.along(way(end) as f32, &self.per_angle))
     }
 
     /// The finger has come a known way, and has gone back on it by more than noise.
@@ -278,18 +278,18 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let given = self.given();
         let ends = rub.ends();
         let rest = if rub.has_angle && !free { rub.path.ahead_of(rub.place) as f32 } else { 0.0 };
-        let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.plus(rest, &rub.per_angle));
+        let [one, other] = ends.unwrap_or([rub.reading; 2]).map(|end| end.along(rest, &rub.per_angle));
         // Where it turned round the finger may be still, as it was.
         let (play, backlash) = self.slack();
         let reach = |plays: f32| reach(play, plays);
         let turned = rub.path.turned(backlash).copied();
         // A motion from an unknown past, or one that has just turned round, may have begun anywhere within the play.
         let lag = if (rub.path.supposed || turned.is_some()) && rub.has_angle { play as f32 } else { 0.0 };
-        let [behind, ahead] = [-lag, lag].map(|lag| [one, other].map(|end| end.plus(lag, &rub.per_angle)));
+        let [behind, ahead] = [-lag, lag].map(|lag| [one, other].map(|end| end.along(lag, &rub.per_angle)));
         // Within the play it may have turned round as well: the finger has stayed at the motion's front, or gone back from there.
         let short = if free { 0.0 } else { rub.path.short_of_front(play) as f32 };
-        let stayed = if rub.has_angle { one.plus(short, &rub.per_angle) } else { one };
-        let back = if rub.has_back { stayed.plus(-short, &rub.per_angle_back) } else { one };
+        let stayed = if rub.has_angle { one.along(short, &rub.per_angle) } else { one };
+        let back = if rub.has_back { stayed.along(-short, &rub.per_angle_back) } else { one };
         let others = [other, turned.unwrap_or(other), behind[0], behind[1], ahead[0], ahead[1]];
         // Farther behind than noise it has gone back.
         let goes_back = !free && rub.goes_back(play);

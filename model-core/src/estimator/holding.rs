@@ -287,6 +287,28 @@ fn an_open_hand_meets_an_object_at_once() {
     }
 }
 
+/// A finger that lets go of an object never pulls it, wherever between two counts its place is.
+#[test]
+fn an_opening_finger_does_not_pull() {
+    let corners = [[2.0, 15.0], [62.0, 15.0], [62.0, 75.0], [2.0, 75.0]];
+    let corners = crate::object::Corners::new(&corners).expect("four corners");
+    for (budget, speed) in [(8, 0.02), (8, 0.05), (1, 0.02), (1, 0.05)] {
+        let mut estimator = estimator::<f32>(0.6, 45.0);
+        estimator.set_budget(budget);
+        estimator.set_object(ObjectDesign::Polygon { corners, rounding: 1.0 }).expect("a valid object");
+        let ticks = (6.0 / speed) as i32;
+        let (mut pushed, mut open) = (0, 0);
+        for tick in (-ticks / 3..=ticks).chain((-ticks / 3..ticks).rev()) {
+            let angle = libm::round(f64::from(tick) * speed * DEGREE / COUNT) * COUNT;
+            let estimate = estimator.update(angle);
+            assert!(estimate.force[0] >= 0.0, "budget {budget}, {speed}°, tick {tick}: {estimate:?}");
+            pushed += u32::from(estimate.force[0] > 1.0);
+            open += u32::from(estimate.force == [0.0; 2]);
+        }
+        assert!(pushed > 50 && open > 50, "{pushed} {open}");
+    }
+}
+
 /// A finger that has closed to an angle, degrees.
 fn followed_to(coefficient: f64, height: f64, degrees: f64) -> Box<Follower<f64, Rubbing>> {
     let mut follower = finger(coefficient, height);

@@ -24,6 +24,12 @@ impl Reading<f32> {
             torque: self.torque + part * other.torque,
         }
     }
+
+    /// This one, moved along by its slope; none where that would pull.
+    pub(super) fn along(&self, way: f32, slope: &Self) -> Self {
+        let moved = self.plus(way, slope);
+        if moved.normal >= 0.0 { moved } else { Self::default() }
+    }
 }
 
 /// A jump of the angle in one tick beyond which ticks must have been lost, rad: no servo of the family turns by that much in 2 ms.
