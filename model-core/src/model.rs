@@ -24,6 +24,8 @@ pub struct Model<T: Real, S: Size> {
     pub(crate) per_element: usize,
     /// Places at which a gap can be checked per sample: the sample, and others that divide the way to it from the one before evenly.
     pub(crate) fineness: usize,
+    /// Of the samples every how many one counts, from the tip down; 0 as 1 (see [`crate::places`]).
+    pub(crate) every: u16,
     /// Smallest radius of the line along which the centreline touches the object.
     pub(crate) sharpest: T,
     /// Largest radius of such a line at which places between the samples count.
@@ -71,6 +73,7 @@ impl<T: Real, S: Size> Model<T, S> {
         first_samples: <S::Cells<u16> as Storage<u16>>::EMPTY,
         per_element: 0,
         fineness: 0,
+        every: 0,
         sharpest: T::ZERO,
         bluntest: T::ZERO,
         units: Units::NONE,

@@ -5,6 +5,8 @@
 //! [`FINEST`]: on a flat side none but the samples, at a sharp corner beside it all of them ([`Model::stride`]). The places are fixed
 //! on the beam whatever its state, as a closest point that moves finds no rest where the beam conforms, and their rows are those of
 //! samples.
+//!
+//! A blunt object touches over a long way, with more samples than a small model has room for. Then fewer of them count ([`Model::spare`]).
 
 use crate::access::Access;
 use crate::contact::Sample;
@@ -18,6 +20,9 @@ const FINEST: f64 = 0.06;
 /// Radius of the line that a centreline touches, in half thicknesses, above which the beam conforms (its fibres are then strained by less
 /// than 6 %) and samples do.
 const BLUNT: f64 = 17.0;
+
+/// Of the samples every how many one counts at most.
+const FEWEST: u16 = 4;
 
 impl<T: Real, S: Size> Model<T, S> {
     /// The place of an index: `fineness` times its sample's, the sample itself being the last of them.
@@ -94,6 +99,7 @@ impl<T: Real, S: Size> Model<T, S> {
     /// Divides the ways between the samples if an object of a smallest radius of curvature asks for it: as finely as one
     /// without any radius would, so that a place has the same index on all of them.
     pub(crate) fn refine(&mut self, radius: T) {
+        self.every = 1;
         let samples = self.samples.as_ref().run(0..self.sample_count);
         let mut below = self.clamps[0];
         let (mut longest, mut thinnest) = (T::ZERO, T::of(1e9));
@@ -110,6 +116,16 @@ impl<T: Real, S: Size> Model<T, S> {
         }
         let most = usize::from(u16::MAX) / self.sample_count.max(1);
         self.fineness = (libm::ceil(longest.to_f64() / (FINEST * thinnest.to_f64())) as usize).clamp(1, most.max(1));
+    }
+
+    /// Of the samples that count on a blunt side every second one counts from here on; false if there are as few as may be.
+    pub(crate) fn spare(&mut self) -> bool {
+        let every = 2 * self.every.max(1);
+        let fits = every <= FEWEST;
+        if fits {
+            self.every = every;
+        }
+        fits
     }
 
     /// Every how many places on the way to a sample count where the object's surface has a curvature, given by the gap at one of them.

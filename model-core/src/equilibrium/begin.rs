@@ -90,6 +90,13 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.model.rubs = self.work.history.slip.is_given();
     }
 
+    /// Counts fewer contacts, for who has found no room for all ([`Status::ContactCapacity`](crate::status::Status)), until another object is set or
+    /// another coefficient of friction; the following of a motion must begin anew. False if there are as few as may be.
+    #[inline(never)]
+    pub(crate) fn spare_contacts(&mut self) -> bool {
+        self.model.spare()
+    }
+
     /// Largest step of the coordinate.
     pub(crate) fn max_step(&self) -> T {
         self.largest_step

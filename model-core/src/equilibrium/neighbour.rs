@@ -36,7 +36,7 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.model.sudden = (self.model.units.force, self.model.softness);
         self.model.stiffen(T::one(), self.modulus);
         // The places between the samples have the same indices on both.
-        self.model.fineness = other.model.fineness;
+        (self.model.fineness, self.model.every) = (other.model.fineness, other.model.every);
         (self.model.sharpest, self.model.bluntest) = (other.model.sharpest, other.model.bluntest);
         self.phase = Phase::Following;
         true

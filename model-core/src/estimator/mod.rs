@@ -9,6 +9,7 @@
 //! With friction the force depends on the way ([`Interval`]): the history follows the measured angle with a play of one count, and the rest
 //! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in
 //! the standard deviation. An object set while the finger is on it is approached as if there were no friction, since the way is not known then.
+//! Where a contact finds no room for a while, fewer samples count and the finger is followed anew.
 //!
 //! With memory the force depends on time as well: an elastic finger is followed, and its force faded ([`crate::fading`]).
 //!
@@ -106,6 +107,8 @@ const SEARCH_PACE: f64 = core::f64::consts::PI / 180.0;
 const DIFFERENTIATE_EVERY: u16 = 8;
 /// ... in the next tick that needs no more Newton iterations than this, which bounds the worst tick's cost.
 const DIFFERENTIATE_WITHIN: u32 = 2;
+/// Ticks with more contact than there is room for with friction, which has half of it, after which fewer samples count.
+const CROWDED_FOR: u32 = 16;
 /// How far the motor may go in a tick that is for something else than following it, rad: three counts.
 const SHORT_WAY: f64 = 3.1 * core::f64::consts::TAU / 4096.0;
 
@@ -424,6 +427,11 @@ impl<T: Real, S: Size> Estimator<T, S> {
             Some(within) => self.follower.track(coordinate, within, budget),
             None => self.follower.follow_within(coordinate, budget),
         };
+        let is_crowded = rubs && outcome.status == Status::ContactCapacity && settings.budget > 0;
+        if is_crowded && self.last.age >= CROWDED_FOR && self.follower.spare_contacts() {
+            // With fewer samples from the open finger on.
+            (self.placed, self.differentiated, self.settled) = (false, false, false);
+        }
         if self.follower.approaches() {
             if outcome.status.is_trustworthy() {
                 self.follower.arrive();

@@ -195,14 +195,14 @@ impl<T: Real, S: Size> Contacts<T, S> {
         margin: T,
         room: usize,
     ) -> Sweep<T> {
-        if model.fineness > 1 {
+        if model.fineness > 1 || model.every > 1 {
             self.sweep_places(model, state, kinematics, object, (margin, room))
         } else {
             self.sweep_samples(model, state, kinematics, object, (margin, room))
         }
     }
 
-    /// As [`Self::sweep`], without places between the samples.
+    /// As [`Self::sweep`], without places between the samples, which all count.
     #[inline(never)]
     fn sweep_samples<O: Object<T>>(
         &mut self,
@@ -215,7 +215,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
         self.sweep_all::<O, false>(model, state, kinematics, object, within)
     }
 
-    /// As [`Self::sweep`], with places between the samples.
+    /// As [`Self::sweep`], with places between the samples, or where not all of these count.
     #[inline(never)]
     fn sweep_places<O: Object<T>>(
         &mut self,
@@ -228,7 +228,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
         self.sweep_all::<O, true>(model, state, kinematics, object, within)
     }
 
-    /// As [`Self::sweep`], with places between the samples (`FINE`) or without.
+    /// As [`Self::sweep`], with places between the samples, or where not all of these count (`FINE`), or without.
     #[inline(always)]
     fn sweep_all<O: Object<T>, const FINE: bool>(
         &mut self,
@@ -267,6 +267,9 @@ impl<T: Real, S: Size> Contacts<T, S> {
         let mut rigid_end = prefix;
         // No beam is stretched by a quarter, so that a sample far off clears those that are nearer to it along the beam.
         let (longest, mut seen) = (T::of(1.25), -far);
+        // Samples until the next one that counts; the last one does.
+        let every = usize::from(model.every.max(1));
+        let mut until = model.sample_count.saturating_sub(1) % every;
         for (at, sample) in samples.enumerate() {
             if cell != usize::from(sample.cell) {
                 cell = usize::from(sample.cell);
@@ -282,6 +285,10 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 node += 1;
             }
             let index = if FINE { model.index_of(at) } else { at };
+            let counts = !FINE || until == 0;
+            if FINE {
+                until = if counts { every - 1 } else { until - 1 };
+            }
             // Neither near nor the nearest. While something touches, where the others are does not matter.
             let is_far = |gathering: &Gathering<'_, T, S>| {
                 let matters = if touches { margin } else { margin.max(gathering.found.nearest) };
@@ -353,7 +360,7 @@ impl<T: Real, S: Size> Contacts<T, S> {
                 gathering.touching(index, sample, &gap);
             } else if FINE && model.stride(at, &gap) < model.fineness {
                 gathering.between(index, sample, &gap, usize::from(REACH) * model.stride(at, &gap));
-            } else {
+            } else if counts {
                 gathering.run = None;
                 gathering.free(index, sample, &gap);
             }

@@ -189,7 +189,7 @@ pub(crate) fn lengthen<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>, leve
 /// It lets what sticks reach its cone gradually, and decides where a reversal begins to slip: with less, Σ|τ| changes too early within a
 /// reversal; with more, the force lags (`friction.csv`, finite elements).
 fn softness<T: Real, S: Size>(model: &Model<T, S>, row: &Row<T>) -> T {
-    let way = model.way_to(usize::from(row.sample) / model.fineness.max(1));
+    let way = model.way_to(usize::from(row.sample) / model.fineness.max(1)) * T::of(f64::from(model.every.max(1)));
     let half = row.place.half_thickness;
     if way > T::ZERO { model.softness[1] * (half + half) / way } else { model.softness[1] }
 }
