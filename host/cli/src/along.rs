@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use fre::delimited;
 use fre::files::Files;
 use fre::fit::calibrate::Plan;
+use fre::spreadsheet;
 use fre_gripper::link::{Link, LinkError, Told, alive};
 use fre_gripper::source::{Order, OrderError, Source as _};
 use messages::{Phase, Report, Which};
@@ -22,7 +23,7 @@ use crate::standard::{self, Target};
 
 /// Move a finger along a planned motion, and record it
 ///
-/// `fre calibrate --plan` writes the motion. The finger goes to the motion's first angle, rests there for --after seconds, and then follows
+/// `fre calibrate --plan` writes the motion; a spreadsheet may have saved it with semicolons and decimal commas. The finger goes to the motion's first angle, rests there for --after seconds, and then follows
 /// the times. The table has a row per reading: the time, the motor's angle and current, and what the gripper makes of its force. Add a column
 /// force_n with what you have measured at these times, and give it to `fre calibrate`.
 ///
@@ -64,7 +65,7 @@ pub fn run(link: &Link, args: &Args) -> Result<ExitCode, Failure> {
     let mut files: Files = args.force.files();
     reads(&mut files, &args.motion, "the motion")?;
     let name = standard::name(&args.motion);
-    let text = String::from_utf8(standard::bytes(&args.motion)?).map_err(|_| format!("{name}: is not UTF-8"))?;
+    let text = spreadsheet::decoded(&standard::bytes(&args.motion)?);
     let out = Target::of(&mut files, &args.csv, "--csv")?;
     let mount = link.settings()?.fingers.get(usize::from(args.finger)).copied().flatten();
     let mount = mount.ok_or_else(|| format!("--finger {}: the gripper has no such finger", args.finger))?;

@@ -26,8 +26,9 @@ pub const NOT_BUILT: &str = "this `fre` was built without recordings; build it w
 /// again from the recorded positions, with the changes that the other options name, and compared with the recorded ones.
 ///
 /// A plain CSV file of times (time_s) and motor positions (angle_deg, angle_rad or position_counts), whatever has recorded them, is
-/// copied with the forces that belong to the positions: --again, --case and --csv are needed then. Its exit status is 2 if some row has no
-/// trustworthy force.
+/// copied with the forces that belong to the positions: --again, --case and --csv are needed then. Semicolons or tabs may separate the
+/// cells, and numbers may then have decimal commas; the copy is written in the same way. The exit status is 2 if some row has no trustworthy
+/// force.
 ///
 /// Recordings need a `fre` built with them:
 /// cargo run --release -p fre-cli --features record --bin fre -- replay FILE

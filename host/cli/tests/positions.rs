@@ -128,6 +128,44 @@ fn radians_and_counts_are_the_same_positions() {
     }
 }
 
+/// As spreadsheets save a table: semicolons and decimal commas, a byte order mark, capitals, an empty column; or tabs. The copy is like it.
+#[test]
+fn a_spreadsheet_s_table_gets_its_forces_in_its_own_way() {
+    let folder = Folder::new();
+    let plain = folder.forces(&table("angle_deg", |angle| angle), "");
+    let rows = |separator: &str, decimal: &str| {
+        let comma = |number: f64| number.to_string().replace('.', decimal);
+        let row = |(row, angle): (usize, &f64)| {
+            ["1,5 mm".to_owned(), comma(0.1 * row as f64), comma(*angle), String::new()].join(separator) + "\r\n"
+        };
+        let head = ["note", "Time_s", "Angle_deg", ""].join(separator) + "\r\n";
+        head + &ANGLES.iter().enumerate().map(row).collect::<String>()
+    };
+    for (text, separator, decimal) in [
+        ("\u{feff}".to_owned() + &rows(";", ","), b';', ","),
+        (rows("\t", "."), b'\t', "."),
+        (rows("\t", ","), b'\t', ","),
+    ] {
+        folder.write("positions.csv", &text);
+        let output = folder.fre(&format!("replay positions.csv {AGAIN} --force"));
+        assert_eq!(output.status.code(), Some(0), "{text}: {}", String::from_utf8_lossy(&output.stderr));
+        let mut reader = csv::ReaderBuilder::new().delimiter(separator).from_path(folder.path("forces.csv")).unwrap();
+        assert_eq!(
+            reader.headers().unwrap().iter().take(5).collect::<Vec<_>>(),
+            ["note", "Time_s", "Angle_deg", "", "force_x_n"]
+        );
+        for (row, (plain, angle)) in reader.records().zip(plain.iter().zip(ANGLES)) {
+            let row = row.unwrap();
+            let number = |column: usize| {
+                assert!(decimal == "." || !row[column].contains('.'), "{row:?}");
+                row[column].replace(decimal, ".").parse::<f64>().unwrap()
+            };
+            assert_eq!((&row[0], number(2), number(6)), ("1,5 mm", angle, *plain));
+        }
+        assert!(String::from_utf8_lossy(&output.stdout).contains("5 positions, 5 with a trustworthy force"));
+    }
+}
+
 #[test]
 fn a_table_goes_from_standard_input_to_standard_output() {
     let folder = Folder::new();

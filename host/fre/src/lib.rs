@@ -11,8 +11,8 @@
 //! - [`draw`] – pictures
 //! - [`finger`] – a finger as a plane figure, and its outline; `cad` (feature) – outlines in files
 //! - [`case`] – case files
-//! - [`files`], [`lock`], [`delimited`], [`visible`] – files that are read and written, locks, lines of CSV, pieces of files in
-//!   messages
+//! - [`files`], [`lock`] – files that are read and written, locks
+//! - [`spreadsheet`], [`delimited`], [`visible`] – tables that are read, lines of CSV that are written, pieces of files in messages
 //! - [`urdf`] – a gripper as robots' programs describe it
 //! - [`table`] – tables of typed columns; `parquet` (feature) – as Parquet files
 //! - [`drive`], [`metrics`], [`shape`], [`faces`], [`heap`] – how a motor moves its finger, distances and errors, the deformed finger, the
@@ -37,6 +37,7 @@ pub mod optimise;
 #[cfg(feature = "parquet")]
 pub mod parquet;
 pub mod shape;
+pub mod spreadsheet;
 pub mod study;
 pub mod table;
 pub mod urdf;

@@ -6,7 +6,10 @@ use std::ops::RangeInclusive;
 
 use super::{Fit, FitError, Input, Noise, Parameter, Predictor, Quantity, Reading, Trial, fit};
 use crate::delimited;
+use crate::spreadsheet::{Row, Sheet};
 
+/// Columns of its table.
+const COLUMNS: [&str; 2] = ["time_s", "motor_angle_deg"];
 /// Readings on a way to the highest angle, or back.
 const ON_THE_WAY: u32 = 8;
 /// Readings of a closing of a finger without memory.
@@ -130,39 +133,31 @@ impl Plan {
         }
     }
 
-    /// Reads a table as [`Self::csv`] writes it, whose angles lie in a range, degrees; other columns are left aside.
+    /// Reads a table as [`Self::csv`] or a [spreadsheet](crate::spreadsheet) writes it, whose angles lie in a range, degrees; other
+    /// columns are left aside.
     ///
     /// # Errors
     /// The line of a cell that should be a number, of a time that is not after the one before, or of an angle beyond the range.
     pub fn parse(file: &str, text: &str, range_deg: RangeInclusive<f64>) -> Result<Self, PlanError> {
         let table = |line: usize, why: String| PlanError::Table { file: file.to_owned(), line, why };
-        let text = text.trim_start_matches('\u{feff}').as_bytes();
-        let mut reader = csv::Reader::from_reader(text);
-        let head = reader.headers().map_err(|error| table(1, error.to_string()))?.clone();
+        let mut sheet = Sheet::new(text, &COLUMNS).ok_or_else(|| table(1, "has no text".to_owned()))?;
+        if let Some(column) = sheet.repeated(&COLUMNS) {
+            return Err(table(sheet.line(), format!("has {column} more than once")));
+        }
         let column = |name: &str| {
-            let place = head.iter().position(|cell| cell.trim() == name);
-            place.ok_or_else(|| table(1, format!("has no column {name}")))
+            sheet
+                .column(name)
+                .ok_or_else(|| table(sheet.line(), format!("has no column {name}; it has {}", sheet.found())))
         };
-        let columns = [column("time_s")?, column("motor_angle_deg")?];
+        let columns = [column(COLUMNS[0])?, column(COLUMNS[1])?];
         let mut places: Vec<[f64; 2]> = Vec::new();
-        for row in reader.records() {
-            let row = row.map_err(|error| {
-                let line = delimited::line_number(text, error.position());
-                let why = match error.kind() {
-                    csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-                        format!("has another number of cells ({len}) than the first line ({expected_len})")
-                    }
-                    _ => error.to_string(),
-                };
-                table(line, why)
-            })?;
-            let line = delimited::line_number(text, row.position());
-            let number = |column: usize| {
-                let word = row.get(column).unwrap_or_default().trim();
-                let number = word.parse::<f64>().ok().filter(|number| number.is_finite());
-                number.ok_or_else(|| table(line, format!("`{word}` is not a number")))
+        while let Some(Row { line, cells }) = sheet.next() {
+            let cells = cells.map_err(|why| table(line, why))?;
+            let number = |of: usize| {
+                let cell = cells.get(columns[of]).map_or("", String::as_str);
+                sheet.number(COLUMNS[of], cell).map_err(|why| table(line, why))
             };
-            let place = [number(columns[0])?, number(columns[1])?];
+            let place = [number(0)?, number(1)?];
             if let Some(&[before_s, _]) = places.last().filter(|[before_s, _]| *before_s >= place[0]) {
                 return Err(PlanError::Time { file: file.to_owned(), line, time_s: place[0], before_s });
             }
@@ -195,7 +190,7 @@ impl Plan {
 
     /// As a table with the columns `time_s` and `motor_angle_deg`; measurements have these and the forces or torques.
     pub fn csv(&self) -> String {
-        let mut text = delimited::line(["time_s", "motor_angle_deg"]);
+        let mut text = delimited::line(COLUMNS);
         for place in &self.places {
             text += &delimited::line(place.map(|number| format!("{number:.4}")));
         }
@@ -305,12 +300,29 @@ mod tests {
         assert_eq!(read.moves().len(), plan.moves().len());
     }
 
+    /// Semicolons and decimal commas, as spreadsheets of many countries write them; tabs; capitals, a comment, a byte order mark.
+    #[test]
+    fn a_plan_is_read_as_spreadsheets_write_it() {
+        for text in [
+            "time_s;motor_angle_deg\n0;0\n0,5;1,25\n",
+            "\u{feff}Time_s;Motor_angle_deg;\r\n# closing\r\n0,0;0;\r\n0,5;1,25;\r\n",
+            "sep=|\ntime_s|note|motor_angle_deg\n0|\"a|b\"|0\n0.5||1.25\n",
+            "time_s\tmotor_angle_deg\n0\t0\n0,5\t1.25\n",
+        ] {
+            let plan = Plan::parse("plan.csv", text, 0.0..=8.0).unwrap();
+            assert_eq!(plan.places, [[0.0, 0.0], [0.5, 1.25]], "{text:?}");
+        }
+    }
+
     #[test]
     fn what_is_no_plan_is_refused_with_its_line() {
         for (text, words) in [
-            ("time_s,angle\n0,0\n1,1\n", "m.csv:1: has no column motor_angle_deg;"),
-            ("time_s,motor_angle_deg\n0,0\n1,fast\n", "m.csv:3: `fast` is not a number;"),
-            ("time_s,motor_angle_deg\n0,0\n1\n", "m.csv:3: has another number of cells (1) than the first line (2);"),
+            ("time_s,angle\n0,0\n1,1\n", "m.csv:1: has no column motor_angle_deg; it has time_s, angle;"),
+            (
+                "time_s,motor_angle_deg\n0,0\n1,fast\n",
+                "m.csv:3: motor_angle_deg = \"fast\" is not a finite number (the unit belongs in the header);",
+            ),
+            ("time_s,motor_angle_deg\n0,0\n1\n", "m.csv:3: has 1 cells, the header 2 (decimals have a point);"),
             (
                 "time_s,motor_angle_deg\n0,0\n2,1\n2,2\n",
                 "m.csv:4: time_s is 2; allowed is more than in the row before, 2",

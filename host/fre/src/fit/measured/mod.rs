@@ -11,16 +11,13 @@
 //! | `motor_torque_nmm` | torque that the contact demands of the motor, N·mm, positive where it resists closing; only the calibration reads it |
 //! | `time_s` | time since the motion began with an open hand, s; only the calibration of a material with memory reads it |
 //!
-//! Cells are separated by commas; or by semicolons or tabs, if that gives the header its columns or a first line `sep=;` says so,
-//! and there decimals may have a comma instead of a point, as spreadsheets of many countries write them. A cell in quotation
-//! marks may hold anything, line breaks too. UTF-8, or UTF-16 with its byte order mark; up to 64 MB.
+//! Written as [`crate::spreadsheet`] reads it; up to 64 MB.
 //!
 //! Rows of the same place belong together: one may carry the force and many others one point each; forces of one place are
 //! averaged. An empty cell is a gap. Lines that begin with `#` and empty lines are left out. A row with a gap in its place, a word where a
 //! number belongs, half a point, or nothing measured is left out and reported with its line number.
 
 mod places;
-mod records;
 
 use std::fs::File;
 use std::io::Read;
@@ -29,9 +26,21 @@ use std::path::Path;
 
 use crate::case::{Coordinate, MAX_ANGLE, MAX_DISTANCE, MAX_TIME};
 use crate::metrics::Point;
+use crate::spreadsheet::{self, Sheet, decoded, listed};
 use places::Places;
-use records::{COLUMNS, Record, Records, listed, shown};
 
+/// Columns that mean something.
+const COLUMNS: [&str; 9] = [
+    "motor_angle_deg",
+    "distance_mm",
+    "force_n",
+    "fx_n",
+    "fy_n",
+    "front_x_mm",
+    "front_y_mm",
+    "time_s",
+    "motor_torque_nmm",
+];
 /// Rows that are read between two looks at the watcher.
 const ROWS_AT_ONCE: usize = 1 << 14;
 
@@ -268,23 +277,16 @@ impl Measured {
         text: &str,
         mut watch: impl FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<Self, MeasuredError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let mut records = Records::new(text);
         let empty = |reason: String| MeasuredError::Empty { file: name.to_owned(), reason };
-        let no_text = || empty("it has no text".to_owned());
-        let separator = records.separator().ok_or_else(no_text)?;
-        let Record { line, cells: heads } = records.next(separator).ok_or_else(no_text)?;
-        let names: Vec<String> = heads.iter().map(|head| head.to_ascii_lowercase()).collect();
-        for column in COLUMNS {
-            if names.iter().filter(|name| *name == column).count() > 1 {
-                let columns = format!("{column} more than once");
-                let allowed = "each column once";
-                return Err(MeasuredError::Ambiguous { file: name.to_owned(), line, columns, allowed });
-            }
+        let mut sheet = Sheet::new(text, &COLUMNS).ok_or_else(|| empty("it has no text".to_owned()))?;
+        let line = sheet.line();
+        if let Some(column) = sheet.repeated(&COLUMNS) {
+            let columns = format!("{column} more than once");
+            let allowed = "each column once";
+            return Err(MeasuredError::Ambiguous { file: name.to_owned(), line, columns, allowed });
         }
-        let columns = COLUMNS.map(|column| names.iter().position(|name| name == column));
-        let found = || listed(&heads).join(", ");
-        let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line, needed, found: found() };
+        let columns = COLUMNS.map(|column| sheet.column(column));
+        let lacks = |needed| MeasuredError::Header { file: name.to_owned(), line, needed, found: sheet.found() };
         let coordinate = match (columns[0], columns[1]) {
             (Some(_), None) => Coordinate::Angle,
             (None, Some(_)) => Coordinate::Distance,
@@ -305,26 +307,17 @@ impl Measured {
             ));
         }
         let known = |name: &str| name.is_empty() || COLUMNS.contains(&name) || OWN.contains(&name);
-        let aside = listed(heads.iter().zip(&names).filter(|(_, name)| !known(name)).map(|(head, _)| head));
+        let heads = sheet.heads().iter().zip(sheet.names());
+        let aside = listed(heads.filter(|(_, name)| !known(name)).map(|(head, _)| head));
 
         let mut measured = Self { coordinate, measurements: Vec::new(), problems: Vec::new(), aside };
-        let (mut places, mut rows, of) = (Places::default(), 0, records.lines());
-        while let Some(Record { line, cells: mut row }) = records.next(separator) {
+        let (mut places, mut rows, of) = (Places::default(), 0, sheet.lines());
+        while let Some(spreadsheet::Row { line, cells }) = sheet.next() {
             rows += 1;
             if rows % ROWS_AT_ONCE == 0 && watch(Progress { line, of }).is_break() {
                 return Err(MeasuredError::Stopped);
             }
-            // What stands beyond the header's last column is nothing if it is empty.
-            while row.len() > names.len() && row.last().is_some_and(String::is_empty) {
-                row.pop();
-            }
-            let read = if row.len() == names.len() {
-                Row::read(&row, &columns, coordinate, separator != ',')
-            } else {
-                let decimals = if separator == ',' { " (decimals have a point)" } else { "" };
-                Err(format!("has {} cells, the header {}{decimals}", row.len(), names.len()))
-            };
-            match read {
+            match cells.and_then(|cells| Row::read(&sheet, &cells, &columns, coordinate)) {
                 Ok(row) => measured.add(line, row, &mut places),
                 Err(reason) => measured.problems.push(Problem { line, reason }),
             }
@@ -416,15 +409,15 @@ struct Row {
 
 impl Row {
     fn read(
+        sheet: &Sheet<'_>,
         row: &[String],
         columns: &[Option<usize>; COLUMNS.len()],
         coordinate: Coordinate,
-        comma: bool,
     ) -> Result<Self, String> {
         let cell = |column: usize| {
             columns[column].and_then(|at| row.get(at)).map(String::as_str).filter(|text| !text.is_empty())
         };
-        let number = |column: usize| cell(column).map(|text| number(COLUMNS[column], text, comma)).transpose();
+        let number = |column: usize| cell(column).map(|text| sheet.number(COLUMNS[column], text)).transpose();
         let place_column = if coordinate == Coordinate::Angle { 0 } else { 1 };
         let place =
             number(place_column)?.ok_or_else(|| format!("{} is empty; needed is a number", coordinate.column()))?;
@@ -446,7 +439,7 @@ impl Row {
         }
         let list = |column: usize| -> Result<Vec<f64>, String> {
             let words = cell(column).unwrap_or_default().split_whitespace();
-            words.map(|word| self::number(COLUMNS[column], word, comma)).collect()
+            words.map(|word| sheet.number(COLUMNS[column], word)).collect()
         };
         let (xs, ys) = (list(5)?, list(6)?);
         if xs.len() != ys.len() {
@@ -472,35 +465,6 @@ impl Row {
             return Err(format!("time_s = {time}; allowed is 0 to {MAX_TIME:e}"));
         }
         Ok(Self { place, force, front, torque, time })
-    }
-}
-
-/// A finite number; with `comma`, one comma stands for the decimal point.
-fn number(column: &str, text: &str, comma: bool) -> Result<f64, String> {
-    let read = if comma && !text.contains('.') { text.replacen(',', ".", 1).parse::<f64>() } else { text.parse() };
-    match read {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ if text.contains(',') => {
-            let text = shown(text);
-            Err(format!("{column} = \"{text}\" is not a number: decimals have a point, thousands nothing"))
-        }
-        _ => {
-            let text = shown(text);
-            Err(format!("{column} = \"{text}\" is not a finite number (the unit belongs in the header)"))
-        }
-    }
-}
-
-/// A file's text: UTF-16 if it begins with that byte order mark, else UTF-8, in which a wrong byte spoils its cell, not the file.
-fn decoded(bytes: &[u8]) -> String {
-    let words = |read: fn([u8; 2]) -> u16| -> String {
-        let units: Vec<u16> = bytes.chunks_exact(2).skip(1).map(|pair| read([pair[0], pair[1]])).collect();
-        String::from_utf16_lossy(&units)
-    };
-    match bytes {
-        [0xff, 0xfe, ..] => words(u16::from_le_bytes),
-        [0xfe, 0xff, ..] => words(u16::from_be_bytes),
-        _ => String::from_utf8_lossy(bytes).into_owned(),
     }
 }
 

@@ -1,14 +1,16 @@
 //! `fre replay FILE.csv`: a plain table of times and motor positions, which gets the forces that belong to them.
 
+mod table;
+
 use std::io::Write;
 use std::path::Path;
 
 use crate::output::reads;
 use crate::standard::{self, Target, is_standard};
 use fre::case::Case;
-use fre::delimited;
 use fre::drive::fits_finger;
 use fre::files::Files;
+use fre::spreadsheet;
 use fre::study::model::Precision;
 use fre_gripper::estimator::{AnyEstimator, estimator};
 use fre_gripper::link::set;
@@ -16,14 +18,13 @@ use messages::{Calibration, Mount, Settings};
 use model_core::discretise::Discretisation;
 use model_core::estimator::Estimate;
 use model_core::newton::Hessian;
+use table::Table;
 
 /// Columns that are added, and those that come with friction or memory: between which values the force lies.
 const ADDED: [&str; 6] = ["force_x_n", "force_y_n", "force_n", "standard_deviation_n", "torque_nmm", "status"];
 const INTERVAL: [&str; 2] = ["force_interval_low_n", "force_interval_high_n"];
 /// With friction or memory the force depends on the way, which is straight and even from position to position: at most so far at once, rad.
 const AT_ONCE: f64 = 0.25 * std::f64::consts::PI / 180.0;
-/// Columns of which one says where the motor is.
-const POSITIONS: &str = "`angle_deg`, `angle_rad` or `position_counts`";
 /// Ticks at the end of a way after which the median of the last angles is the last one.
 const MEDIAN: u32 = 3;
 /// Ticks at one position until its estimate is no longer on the way from the position before.
@@ -73,46 +74,27 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let calibration = Calibration::new(&mount.gear());
     let mut estimator = make(model, &mount)?;
 
-    let text = standard::bytes(path)?;
-    let mut reader = csv::Reader::from_reader(&text[..]);
-    let head = reader.headers().map_err(|error| format!("{name}: {error}"))?.clone();
-    let columns = Columns::find(&head).map_err(|why| format!("{name}:1: {why}"))?;
+    let text = spreadsheet::decoded(&standard::bytes(path)?);
     let rubs = model.case.friction > 0.0 || !model.case.finger.prony.is_empty();
-    let interval: &[&str] = if rubs { &INTERVAL } else { &[] };
-    if let Some(there) = interval.iter().find(|added| head.iter().any(|name| name.trim() == **added)) {
-        return Err(format!("{name}:1: there is a column `{there}` already").into());
-    }
-    out.write_all(delimited::line(head.iter().chain(ADDED).chain(interval.iter().copied())).as_bytes())?;
-    let (mut rows, mut trusted, mut before, mut last) = (0_u64, 0_u64, f64::NEG_INFINITY, None);
-    for row in reader.records() {
-        let row = row.map_err(|error| match error.kind() {
-            csv::ErrorKind::UnequalLengths { pos, expected_len, len } => {
-                format!(
-                    "{name}:{}: has {len} cells; needed are {expected_len}, as in the first line",
-                    delimited::line_number(&text, pos.as_ref())
-                )
-            }
-            _ => format!("{name}: {error}"),
-        })?;
-        let at = |why: String| format!("{name}:{}: {why}", delimited::line_number(&text, row.position()));
-        let (time, angle) = columns.read(&row, &calibration).map_err(at)?;
-        if time <= before {
-            return Err(at(format!("time_s is {time}; allowed is above {before}, that of the line before")).into());
-        }
-        let seconds = if before.is_finite() { time - before } else { 0.0 };
-        before = time;
-        let estimate = match last.replace(angle).filter(|_| rubs) {
-            Some(from) => along(estimator.as_mut(), from, angle, seconds),
-            None => settled(estimator.as_mut(), angle, seconds, rubs),
+    let added: Vec<&str> = ADDED.into_iter().chain(INTERVAL.into_iter().filter(|_| rubs)).collect();
+    let table = Table::read(&name, &text, &added, &calibration)?;
+    let sheet = table.sheet;
+    out.write_all(table.style.line(sheet.heads().iter().map(String::as_str).chain(added)).as_bytes())?;
+    let (mut trusted, mut before) = (0_u64, None);
+    for (cells, &[time, angle]) in sheet.filter_map(|row| row.cells.ok()).zip(&table.places) {
+        let estimate = match before.replace([time, angle]) {
+            Some([since, from]) if rubs => along(estimator.as_mut(), from, angle, time - since),
+            before => settled(estimator.as_mut(), angle, before.map_or(0.0, |[since, _]| time - since), rubs),
         };
-        rows += 1;
         trusted += u64::from(is_known(&estimate));
         let between = estimate.interval.filter(|_| is_known(&estimate)).map(|interval| interval.magnitude);
         let between = [0, 1].map(|end| between.map_or_else(String::new, |ends| ends[end].to_string()));
-        let added = cells(&estimate).into_iter().chain(between.into_iter().filter(|_| rubs));
-        out.write_all(delimited::line(row.iter().map(str::to_owned).chain(added)).as_bytes())?;
+        let forces = estimated(&estimate).into_iter().chain(between.into_iter().filter(|_| rubs));
+        let forces = forces.map(|cell| table.style.number(cell));
+        out.write_all(table.style.line(cells.into_iter().chain(forces)).as_bytes())?;
     }
     out.finish()?;
+    let rows = table.places.len() as u64;
     let words = format!("{name}: {rows} positions, {trusted} with a trustworthy force\n");
     Ok(Labelled { words, whole: rows == trusted })
 }
@@ -159,65 +141,11 @@ fn is_known(estimate: &Estimate) -> bool {
     estimate.status.is_trustworthy() && estimate.age == 0
 }
 
-/// Cells of the added columns; a force that must not be used is an empty one.
-fn cells(estimate: &Estimate) -> [String; ADDED.len()] {
+/// Cells of the added columns, without the interval; a force that must not be used is an empty one.
+fn estimated(estimate: &Estimate) -> [String; ADDED.len()] {
     let cell = |number: f32| if is_known(estimate) { number.to_string() } else { String::new() };
     let [x, y] = estimate.force;
     let numbers = [x, y, estimate.force_magnitude(), estimate.standard_deviation, estimate.torque].map(cell);
     let [x, y, size, deviation, torque] = numbers;
     [x, y, size, deviation, torque, estimate.status.word().to_owned()]
-}
-
-/// Where the columns are.
-struct Columns {
-    time: usize,
-    position: usize,
-    unit: Unit,
-}
-
-#[derive(Clone, Copy)]
-enum Unit {
-    Degrees,
-    Radians,
-    Counts,
-}
-
-impl Columns {
-    fn find(head: &csv::StringRecord) -> Result<Self, String> {
-        let find = |name: &str| head.iter().position(|cell| cell.trim() == name);
-        let names: Vec<&str> = head.iter().collect();
-        let time = find("time_s").ok_or_else(|| format!("no column `time_s`; the columns are {}", names.join(", ")))?;
-        let units = [("angle_deg", Unit::Degrees), ("angle_rad", Unit::Radians), ("position_counts", Unit::Counts)];
-        let found: Vec<_> = units.into_iter().filter_map(|(name, unit)| Some((find(name)?, unit))).collect();
-        if let Some(there) = ADDED.iter().find(|added| find(added).is_some()) {
-            return Err(format!("there is a column `{there}` already"));
-        }
-        match found[..] {
-            [(position, unit)] => Ok(Self { time, position, unit }),
-            [] => Err(format!("no column {POSITIONS}; the columns are {}", names.join(", "))),
-            _ => Err(format!("several columns of positions; allowed is one of {POSITIONS}")),
-        }
-    }
-
-    /// Time, s, and the finger's motor angle, rad.
-    fn read(&self, row: &csv::StringRecord, calibration: &Calibration) -> Result<(f64, f64), String> {
-        let number = |column: usize, name: &str| {
-            let cell = row.get(column).unwrap_or_default().trim();
-            let number = cell.parse::<f64>().ok().filter(|number| number.is_finite());
-            number.ok_or_else(|| format!("{name} is `{cell}`; allowed is a number"))
-        };
-        let time = number(self.time, "time_s")?;
-        let angle = match self.unit {
-            Unit::Degrees => number(self.position, "angle_deg")?.to_radians(),
-            Unit::Radians => number(self.position, "angle_rad")?,
-            Unit::Counts => {
-                let counts = number(self.position, "position_counts")?;
-                if counts.fract() != 0.0 || counts.abs() > 1_044_479.0 {
-                    return Err(format!("position_counts is {counts}; allowed are whole numbers to ±1044479"));
-                }
-                calibration.finger_angle(counts as i32)
-            }
-        };
-        Ok((time, angle))
-    }
 }
