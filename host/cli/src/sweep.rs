@@ -165,6 +165,10 @@ fn merge(shards: &[PathBuf], out: &Path, parquet: Option<&Path>, force: ForceArg
     }
     let parquet = parquet_of(&mut files, parquet, Some(out).filter(|path| !is_standard(path)))?;
     let merge = Merge::of(shards)?;
+    if is_standard(out) {
+        // What has been printed cannot be taken back: a shard that is not complete is found before the first row.
+        merge.write(&mut std::io::sink())?;
+    }
     let mut draft = rows.draft()?;
     let merged = merge.write(&mut draft)?;
     draft.finish()?;

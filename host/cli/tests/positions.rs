@@ -183,6 +183,17 @@ fn a_table_goes_from_standard_input_to_standard_output() {
     assert_eq!(output.stdout, fs::read(folder.path("forces.csv")).unwrap());
 }
 
+/// A wrong cell at the end, after more rows than a buffer holds: a program that reads the copy gets no half of it.
+#[test]
+fn nothing_is_printed_of_a_table_with_a_wrong_cell() {
+    let folder = Folder::new();
+    let rows: String = (0..500).map(|row| format!("{row},0,{}\n", "x".repeat(40))).collect();
+    folder.write("positions.csv", &format!("time_s,angle_deg,note\n{rows}500,wide,\n"));
+    let output = folder.fre("replay positions.csv --again --case case.toml --csv -");
+    assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stdout).as_ref()), (Some(1), ""));
+    assert!(String::from_utf8_lossy(&output.stderr).starts_with("fre: positions.csv:502: "));
+}
+
 #[test]
 fn a_leap_is_followed_and_what_is_beyond_the_finger_has_no_force() {
     let folder = Folder::new();

@@ -69,6 +69,8 @@ fre: --out: 2.csv.sweep is the same file as the file beside a shard (2.csv.sweep
     std::fs::write(folder.file("2.csv"), &torn[..last]).unwrap();
     refused("merge 1.csv 2.csv 3.csv --out two.csv", &merge("1.csv 2.csv 3.csv --out two.csv"));
     assert!(!folder.file("two.csv").exists());
+    let printed = merge("1.csv 2.csv 3.csv --out -");
+    assert_eq!((printed.status.code(), words(&printed.stdout)), (Some(1), String::new()), "rows before the error");
     refused("case.toml --shard 4/3", &folder.fre("--vary object.radius_mm=36:42:1 --shard 4/3"));
     snapbox::assert_data_eq!(said, snapbox::file!["../words/shards.txt"].raw());
 }
