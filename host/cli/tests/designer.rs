@@ -315,9 +315,11 @@ flexible: warning: lamella # and lamella # touch each other (from #° on; at #°
 flexible: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 flexible: warning: back hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 flexible: warning: front hinge of lamella #: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
+pinned: warning: finger.hinge.length_mm, finger.hinge.thickness_mm, finger.hinge.from have no effect: hinges with finger.hinge.kind = "pinned" have no necks
 pinned: warning: lamella # and lamella # touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on
 pinned: warning: back beam at # mm: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 welded: warning: finger.hinge.kind = "welded": the model's lamellae are rigid, real ones bend with the beams; the force is too large (by # % for fea-# with lamellae of # mm; `fre compare --fea` measures it for this case)
+welded: warning: finger.hinge.length_mm, finger.hinge.thickness_mm, finger.hinge.from have no effect: hinges with finger.hinge.kind = "welded" have no necks
 welded: warning: back beam at # mm: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 welded: warning: front beam at # mm: strain # %, more than # %: check where the case has its object and how far the finger moves; finger.material.max_strain sets another limit (at #°)
 bowed: warning: lamella # and lamella # touch each other (from #° on; at #° they overlap by # mm at x = # mm, y = # mm), which the model does not know: its force is too small from there on

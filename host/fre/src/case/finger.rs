@@ -20,6 +20,8 @@ use crate::faces;
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
 pub(super) const PA_PER_MPA: f64 = 1e6;
+/// Thickness, mm, that a design's hinges have where a file gives none: there they have no necks.
+pub(crate) const NO_NECK: f64 = 1.0;
 
 /// A finger as a file describes it.
 #[derive(Clone, Debug, PartialEq)]
@@ -288,7 +290,7 @@ fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, lamellae: &Lamellae) -> 
             );
         }
         let (kind, from) = (HingeKind::Welded, HingeFrom::Centreline);
-        return Ok(Hinge { kind, length: heapless::Vec::new(), thickness: 1.0, from });
+        return Ok(Hinge { kind, length: heapless::Vec::new(), thickness: NO_NECK, from });
     };
     if needed && lamellae.ribs().is_some() && keys.kind != keys::HingeKind::Flexible {
         return Err(table.refuse("kind", "ribs with ends = \"hinged\" have necks; allowed is \"flexible\""));
@@ -303,7 +305,7 @@ fn hinge(keys: Option<&HingeTable>, finger: &Table<'_>, lamellae: &Lamellae) -> 
     let thickness = match keys.thickness_mm {
         Some(thickness) => thickness,
         None if flexible => return Err(table.missing("thickness_mm", "a number of mm")),
-        None => 1.0,
+        None => NO_NECK,
     };
     Ok(Hinge {
         kind: match keys.kind {

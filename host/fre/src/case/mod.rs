@@ -25,6 +25,7 @@ pub use described::{Described, describe_finger};
 pub use edit::Document;
 pub use error::{CaseError, KeyError, KnownKeys, Place};
 pub use finger::Finger;
+pub(crate) use finger::NO_NECK;
 pub use finger_file::{named_finger, preset, read_finger};
 pub use keys::{MAX_ANGLE, MAX_DISTANCE, MAX_TIME, Memory};
 pub use motion::{Clock, Coordinate, Path as MotionPath};

@@ -10,6 +10,7 @@ mod fade;
 pub mod follow;
 pub mod friction;
 pub mod headline;
+pub mod idle;
 pub mod json;
 pub mod model;
 pub mod number;

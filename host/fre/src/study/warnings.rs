@@ -8,6 +8,7 @@ use model_core::equilibrium::Buckling;
 use model_core::status::Status;
 
 use crate::case::Case;
+use crate::study::idle::{self, Idle};
 use crate::study::model::Options;
 use crate::study::number::short;
 use crate::study::overlap::{self, Overlap};
@@ -30,6 +31,8 @@ pub enum Warning {
     Sudden,
     /// Welded lamellae are rigid in the model.
     RigidLamellae,
+    /// Keys have no effect.
+    Idle(Idle),
     /// A taper ends where the finger does not.
     Taper(Taper),
     /// There is no number from this place on.
@@ -112,7 +115,7 @@ impl Warning {
     /// The place that it speaks of; `None` if it is about the finger itself.
     pub fn at(&self) -> Option<At> {
         match self {
-            Self::Friction | Self::Memory | Self::Sudden | Self::RigidLamellae | Self::Taper(_) => None,
+            Self::Friction | Self::Memory | Self::Sudden | Self::RigidLamellae | Self::Idle(_) | Self::Taper(_) => None,
             Self::Lost { at, .. }
             | Self::Unsolved { at, .. }
             | Self::Touching { at, .. }
@@ -142,6 +145,7 @@ impl fmt::Display for Warning {
                 "finger.hinge.kind = \"welded\": the model's lamellae are rigid, real ones bend with the beams; the force is too \
                  large (by 22 % for fea-80 with lamellae of 3 mm; `fre compare --fea` measures it for this case)",
             ),
+            Self::Idle(idle) => idle.fmt(f),
             Self::Taper(Taper { key, knot: [position, value], end, there: [end_at, there] }) => write!(
                 f,
                 "finger.{key}: {} mm at {} mm lies beyond the {}, which is at {} mm: there it is {} mm",
@@ -194,6 +198,7 @@ pub fn warnings(case: &Case, options: &Options, places: &[Place]) -> Vec<Warning
         .into_iter()
         .chain(remembered(case, places))
         .chain(left_out(case))
+        .chain(idle::idle(case).map(Warning::Idle))
         .chain(tapers(case))
         .chain(lost(case, places))
         .chain(unsolved(case, options, places))
