@@ -1,7 +1,8 @@
 //! The fit: Levenberg and Marquardt's method on the model's sensitivities, with a robust loss.
 //!
 //! A reading's residual is measured less predicted force, or torque, over its standard deviation. The angle is uncertain as well as the
-//! force, so that deviation is √(σ_F² + (dF/dα·σ_α)²): errors in variables, to first order. Readings that lie far off count less
+//! force, so that deviation is √(σ_F² + (dF/dα·σ_α)²): errors in variables, to first order. With friction dF/dα is that on the reading's
+//! own way, and the angle of the last turn is uncertain, too, for all readings after it together. Readings that lie far off count less
 //! (P. J. Huber, Robust Statistics, 1981; Tukey's biweight rejects them altogether).
 //!
 //! Points of an outline share the camera's errors: n of them count as at most 10 independent ones, each as 10/n of one. Residuals may be
@@ -21,7 +22,7 @@ use super::noise::{Loss, Noise};
 use super::parameter::Parameter;
 use super::predictor::{Predicted, Prediction, Predictor};
 use super::readings::{Reading, Readings};
-use super::rests::Rests;
+use super::rests::{Rests, Shared};
 use super::rows::{self, BySource, Row, Source, Term};
 use super::trial::Trial;
 use crate::metrics::signed_distance;
@@ -315,7 +316,7 @@ pub fn fit_watched<B>(
         return Err(FitError::NoParameters);
     }
     let doubts: Vec<f64> = parameters.iter().map(|parameter| parameter.doubt(model.design, model.prony)).collect();
-    let rests = Rests::find(runs);
+    let rests = Rests::find(runs, |run| run.friction != 0.0 || parameters.contains(&Parameter::Friction));
     let judge = Judge { model, runs, noise, doubts: &doubts, rests: &rests };
     let mut here = judge.evaluate(Trial::start(parameters, model.design, model.prony), vec![0.0; rests.count], None)?;
     let mut damping = 1e-3;
@@ -405,21 +406,28 @@ impl Judge<'_> {
             for (i, (reading, prediction)) in run.readings.iter().zip(predicted).enumerate() {
                 for (quantity, measured) in Quantity::of(reading) {
                     let (predicted, of_it) = (quantity.predicted(prediction), quantity.deviation(noise));
-                    let (source, rest) = (quantity.source(), rests.of(r, i));
-                    if let Some(owner) = rest.and_then(|rest| owners.get_mut(rest)) {
+                    let (source, shared) = (quantity.source(), rests.of(r, i));
+                    if let Some(owner) = shared.and_then(|shared| owners.get_mut(shared.error())) {
                         owner.get_or_insert(source);
                     }
                     let term = prediction.status.is_trustworthy().then(|| {
                         let by_angle = predicted.per_deg * noise.angle_deg;
-                        // A rest's error of the angle is not one of each reading.
-                        let own = || if rest.is_some() { of_it } else { of_it.hypot(by_angle) };
-                        let deviation = kept(rows.len()).unwrap_or_else(own);
-                        let shifted = rest.and_then(|rest| errors.get(rest)).map_or(0.0, |error| by_angle * error);
+                        // A shared error of the angle is not one of each reading.
+                        let (own, rest) = match shared {
+                            None => (of_it.hypot(by_angle), None),
+                            Some(Shared::Own(rest)) => (of_it, Some((rest, by_angle))),
+                            Some(Shared::Turn(turn)) => {
+                                (of_it.hypot(by_angle), Some((turn, predicted.per_turn_deg * noise.angle_deg)))
+                            }
+                        };
+                        let deviation = kept(rows.len()).unwrap_or(own);
+                        let error = rest.and_then(|(rest, by)| Some(by * errors.get(rest)?));
+                        let shifted = error.unwrap_or(0.0);
                         let gradient = predicted.gradient.iter().zip(doubts).map(|(g, doubt)| g * doubt / deviation);
                         Term {
                             residual: (measured - predicted.value - shifted) / deviation,
                             gradient: DVector::from_iterator(doubts.len(), gradient),
-                            rest: rest.map(|rest| (rest, by_angle / deviation)),
+                            rest: rest.map(|(rest, by)| (rest, by / deviation)),
                             deviation,
                         }
                     });

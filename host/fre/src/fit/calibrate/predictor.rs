@@ -19,7 +19,7 @@ const STEP: f64 = 1e-3;
 /// The same with friction, where samples begin to slip one by one.
 const ROUGH_STEP: f64 = 0.02;
 /// The same of the angle, degrees.
-const AHEAD_DEG: f64 = 0.02;
+const ANGLE_STEP_DEG: f64 = 0.02;
 /// The same of a drive's ratio, degrees.
 const RATIO_DEG: f64 = 1e-3;
 
@@ -41,8 +41,11 @@ pub struct Prediction {
 pub struct Predicted {
     /// Its value.
     pub value: f64,
-    /// Its derivative with respect to the motor angle, per degree.
+    /// Its derivative with respect to the motor angle, per degree; with friction on the way there, what was before staying the same.
     pub per_deg: f64,
+    /// With friction its derivative with respect to the angle at which the motion has turned last, its own angle staying the same, per degree;
+    /// else 0.
+    pub per_turn_deg: f64,
     /// Its derivatives with respect to the parameters, in their units; empty if they were not asked for.
     pub gradient: Vec<f64>,
 }
@@ -73,11 +76,11 @@ impl Predictor<'_> {
         let rough = run.friction != 0.0 || trial.parameters.contains(&Parameter::Friction);
         if self.prony.is_empty() && !rough {
             let wanted = if derivatives { Wanted::Derivatives } else { Wanted::Force };
-            return self.follow(run, trial, wanted, 0.0);
+            return self.follow(run, trial, wanted);
         }
         // The derivative by a sudden angle is known with memory, and with friction none is.
         let wanted = if rough { Wanted::Force } else { Wanted::Slope };
-        let mut here = self.follow(run, trial, wanted, 0.0)?;
+        let mut here = self.follow(run, trial, wanted)?;
         if derivatives {
             self.differences(run, trial, rough, &mut here)?;
         }
@@ -95,20 +98,14 @@ impl Predictor<'_> {
         let known =
             |here: &Prediction, there: &Prediction| here.status.is_trustworthy() && there.status.is_trustworthy();
         if rough {
-            // The model has no derivative with respect to the angle either.
-            for (here, ahead) in here.iter_mut().zip(self.follow(run, trial, Wanted::Force, AHEAD_DEG)?) {
-                let known = known(here, &ahead);
-                for (here, ahead) in here.quantities_mut().into_iter().zip([&ahead.force, &ahead.torque]) {
-                    here.per_deg = if known { (ahead.value - here.value) / AHEAD_DEG } else { 0.0 };
-                }
-            }
+            self.slopes(run, trial, here)?;
         }
         let step = if rough { ROUGH_STEP } else { STEP };
         for (index, parameter) in trial.parameters.iter().enumerate() {
             let step = step * parameter.doubt(self.design, self.prony);
             let mut other = trial.clone();
             other.values[index] += step;
-            for (here, there) in here.iter_mut().zip(self.follow(run, &other, Wanted::Force, 0.0)?) {
+            for (here, there) in here.iter_mut().zip(self.follow(run, &other, Wanted::Force)?) {
                 let known = known(here, &there);
                 for (here, there) in here.quantities_mut().into_iter().zip([&there.force, &there.torque]) {
                     here.gradient.push(if known { (there.value - here.value) / step } else { 0.0 });
@@ -118,14 +115,48 @@ impl Predictor<'_> {
         Ok(())
     }
 
-    /// Follows a run, every angle of which is so many degrees greater than it says; along the readings' times if the material has memory.
-    fn follow(
-        &self,
-        run: &Readings,
-        trial: &Trial,
-        wanted: Wanted,
-        ahead_deg: f64,
-    ) -> Result<Vec<Prediction>, DiscretiseError> {
+    /// What errors of the angles make of readings with friction: the model has no derivative with respect to the angle either. Where contacts
+    /// stick after a turn, a force changes much more with its own angle than it does where all of them slip, and it changes with the angle of
+    /// the turn, which all readings after it share.
+    fn slopes(&self, run: &Readings, trial: &Trial, here: &mut [Prediction]) -> Result<(), DiscretiseError> {
+        let (way, steps) = run.by_steps(ANGLE_STEP_DEG);
+        let by_steps = self.follow(&way, trial, Wanted::Force)?;
+        let mut slopes = [0.0; 2];
+        for ((here, pair), step) in here.iter_mut().zip(by_steps.chunks_exact(2)).zip(steps) {
+            let [before, now] = pair else { continue };
+            // A motor that rests is where it came to.
+            if step != 0.0 {
+                let is_known = [&*here, before, now].iter().all(|of| of.status.is_trustworthy());
+                let slope = |before: &Predicted, now: &Predicted| (now.value - before.value) / step;
+                let [force, torque] = [slope(&before.force, &now.force), slope(&before.torque, &now.torque)];
+                slopes = if is_known { [force, torque] } else { [0.0; 2] };
+            }
+            for (here, slope) in here.quantities_mut().into_iter().zip(slopes) {
+                here.per_deg = slope;
+            }
+        }
+        let turns = run.turns();
+        if turns.is_empty() {
+            return Ok(());
+        }
+        let mut other = run.clone();
+        for &turn in &turns {
+            other.readings[turn].angle_deg += ANGLE_STEP_DEG;
+        }
+        for (index, (here, there)) in here.iter_mut().zip(self.follow(&other, trial, Wanted::Force)?).enumerate() {
+            let is_known = here.status.is_trustworthy() && there.status.is_trustworthy();
+            if !is_known || index <= turns[0] || turns.contains(&index) {
+                continue;
+            }
+            for (here, there) in here.quantities_mut().into_iter().zip([&there.force, &there.torque]) {
+                here.per_turn_deg = (there.value - here.value) / ANGLE_STEP_DEG;
+            }
+        }
+        Ok(())
+    }
+
+    /// Follows a run, along the readings' times if the material has memory.
+    fn follow(&self, run: &Readings, trial: &Trial, wanted: Wanted) -> Result<Vec<Prediction>, DiscretiseError> {
         // What cannot be is something that nothing is known about.
         let unknown = || run.readings.iter().map(|_| Prediction::unknown(Status::OutOfRange)).collect();
         let design = trial.design(self.design);
@@ -143,7 +174,7 @@ impl Predictor<'_> {
         if follower.set_friction(trial.friction(run.friction, self.design)).is_err() {
             return Ok(unknown());
         }
-        let zero = trial.change(Parameter::Zero, self.design) + ahead_deg;
+        let zero = trial.change(Parameter::Zero, self.design);
         let travel = trial.travel(self.design);
         let scale = if self.drive == Drive::Rotating { 1.0 } else { travel };
         // The motion's coordinate, rad or mm, and its derivative by the motor's angle; none outside a drive's table.

@@ -104,6 +104,49 @@ impl Readings {
         Self { name: name.to_owned(), object, friction, readings }
     }
 
+    /// The same motion with a place before every reading, so far before it on the way there or at half of a shorter way, and how far each
+    /// reading is from its place, degrees, positive where the motion closes; 0 of a reading at the angle of the one before.
+    pub(super) fn by_steps(&self, step_deg: f64) -> (Self, Vec<f64>) {
+        let mut way = Self { readings: Vec::with_capacity(2 * self.readings.len()), ..self.clone() };
+        way.readings.clear();
+        let mut steps = Vec::with_capacity(self.readings.len());
+        for (index, reading) in self.readings.iter().enumerate() {
+            let before = index.checked_sub(1).and_then(|before| self.readings.get(before));
+            // The first reading is on the way to the second.
+            let came = before.map(|before| reading.angle_deg - before.angle_deg);
+            let goes = || Some(self.readings.get(index + 1)?.angle_deg - reading.angle_deg);
+            let length = if before.is_some() { came } else { goes() }.unwrap_or(0.0);
+            let step = length.signum() * step_deg.min(0.5 * length.abs());
+            let step = if length == 0.0 { 0.0 } else { step };
+            let time_s = before.and_then(|before| {
+                let part = if length == 0.0 { 0.0 } else { step / length };
+                Some(reading.time_s? - part * (reading.time_s? - before.time_s?))
+            });
+            let time_s = time_s.or(reading.time_s);
+            let front_mm = Vec::new();
+            way.readings.push(Reading { angle_deg: reading.angle_deg - step, time_s, front_mm, ..reading.clone() });
+            way.readings.push(Reading { front_mm: Vec::new(), ..reading.clone() });
+            steps.push(step);
+        }
+        (way, steps)
+    }
+
+    /// Indices of the readings at which the motion turns round, from closing to opening or back.
+    pub(super) fn turns(&self) -> Vec<usize> {
+        let mut turns = Vec::new();
+        let mut last = 0.0_f64;
+        for (index, pair) in self.readings.windows(2).enumerate() {
+            let way = pair[1].angle_deg - pair[0].angle_deg;
+            if way != 0.0 {
+                if way * last < 0.0 {
+                    turns.push(index);
+                }
+                last = way;
+            }
+        }
+        turns
+    }
+
     /// A run of all measurements along their time, which each row has to have.
     ///
     /// # Errors

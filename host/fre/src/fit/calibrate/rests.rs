@@ -3,6 +3,8 @@
 //! Along the times of a material with memory many readings belong to one angle. Its error is one unknown δ more, in standard deviations of
 //! the angle, which a row of its own holds near 0. It is eliminated from the normal equations (a Schur complement), so that the
 //! parameters' deviations have it in them. Taken as an error of each reading it would seem to average out.
+//!
+//! With friction what is read after a turn of the motion shares the error of the turn's angle in the same way.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,16 +13,34 @@ use super::readings::Readings;
 /// A motor that rests may waver by a count of its servo, 0.088°.
 const WAVERS_DEG: f64 = 0.1;
 
-/// Which readings belong to which rest: per run and reading, from 0 through all runs.
+/// Which error a reading shares with others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shared {
+    /// Its own angle's.
+    Own(usize),
+    /// The angle's at which the motion turned last, beside an error of its own.
+    Turn(usize),
+}
+
+impl Shared {
+    /// The error's number.
+    pub(super) fn error(self) -> usize {
+        match self {
+            Self::Own(error) | Self::Turn(error) => error,
+        }
+    }
+}
+
+/// Which readings share which error: per run and reading, from 0 through all runs.
 pub(super) struct Rests {
-    of: Vec<Vec<Option<usize>>>,
+    of: Vec<Vec<Option<Shared>>>,
     /// How many there are.
     pub(super) count: usize,
 }
 
 impl Rests {
-    /// Of runs along their times, and of readings of both quantities.
-    pub(super) fn find(runs: &[Readings]) -> Self {
+    /// Of runs along their times, of readings of both quantities, and of turns in runs that `rub`.
+    pub(super) fn find(runs: &[Readings], rubs: impl Fn(&Readings) -> bool) -> Self {
         let mut count = 0;
         let of = runs.iter().map(|run| {
             let mut places = vec![None; run.readings.len()];
@@ -43,13 +63,24 @@ impl Rests {
                     count += 1;
                 }
             }
-            places
+            let turns = if rubs(run) { run.turns() } else { Vec::new() };
+            for &turn in &turns {
+                places[turn].get_or_insert_with(|| {
+                    count += 1;
+                    count - 1
+                });
+            }
+            let turned = |place: usize| turns.iter().rfind(|turn| **turn < place).and_then(|turn| places[*turn]);
+            let shared = |(place, own): (usize, &Option<usize>)| {
+                own.map(Shared::Own).or_else(|| turned(place).map(Shared::Turn))
+            };
+            places.iter().enumerate().map(shared).collect()
         });
         Self { of: of.collect(), count }
     }
 
-    /// The rest that a reading belongs to.
-    pub(super) fn of(&self, run: usize, reading: usize) -> Option<usize> {
+    /// The error that a reading shares.
+    pub(super) fn of(&self, run: usize, reading: usize) -> Option<Shared> {
         self.of.get(run)?.get(reading).copied().flatten()
     }
 }
@@ -136,16 +167,28 @@ mod tests {
     #[test]
     fn a_rest_is_readings_of_nearly_one_angle_one_after_the_other() {
         let places = [[0.0, 0.0], [1.0, 8.0], [2.0, 8.0], [3.0, 7.93], [4.0, 0.0], [5.0, 0.0], [6.0, 8.0]];
-        let rests = Rests::find(&[run(&places, true), run(&places[..3], true), run(&places, false)]);
-        let of = |at: usize| -> Vec<Option<usize>> { (0..7).map(|reading| rests.of(at, reading)).collect() };
+        let rests = Rests::find(&[run(&places, true), run(&places[..3], true), run(&places, false)], |_| false);
+        let of = |at: usize| -> Vec<Option<usize>> {
+            (0..7).map(|reading| rests.of(at, reading).map(Shared::error)).collect()
+        };
         assert_eq!(of(0), [None, Some(0), Some(0), Some(0), Some(1), Some(1), None]);
         assert_eq!(of(1)[..3], [None, Some(2), Some(2)]);
         assert!(of(2).iter().all(Option::is_none) && rests.count == 3);
         // A force and a torque of one reading.
         let mut both = run(&places[..2], false);
         both.readings[1].torque_nmm = Some(80.0);
-        let rests = Rests::find(&[both]);
-        assert_eq!((rests.of(0, 0), rests.of(0, 1), rests.count), (None, Some(0), 1));
+        let rests = Rests::find(&[both], |_| true);
+        assert_eq!((rests.of(0, 0), rests.of(0, 1), rests.count), (None, Some(Shared::Own(0)), 1));
+    }
+
+    #[test]
+    fn with_friction_what_is_read_after_a_turn_shares_its_error() {
+        let places = [[0.0, 0.0], [1.0, 8.0], [2.0, 7.5], [3.0, 7.5], [4.0, 6.0], [5.0, 7.0]];
+        let rests = Rests::find(&[run(&places, false)], |_| true);
+        let of: Vec<_> = (0..6).map(|reading| rests.of(0, reading)).collect();
+        let (own, turn) = (|error| Some(Shared::Own(error)), |error| Some(Shared::Turn(error)));
+        assert_eq!(of, [None, own(0), turn(0), turn(0), own(1), turn(1)]);
+        assert_eq!(Rests::find(&[run(&places, false)], |_| false).count, 0);
     }
 
     /// The same as solving for everything together.
