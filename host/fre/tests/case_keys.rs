@@ -403,6 +403,7 @@ fn a_finger_that_is_written_keeps_a_tip_that_is_auto() {
     assert!(document.finger_text(&[]).contains("rigid_above_mm = \"auto\""), "{}", document.finger_text(&[]));
     assert_eq!(document.case().unwrap().finger, finger);
     finger.design.front.thickness = Profile::constant(2.5);
+    finger.is_tip_auto = false;
     document.set_finger(&finger);
     assert_eq!(document.case().unwrap().finger, finger, "a tip that stays where it was is a number now");
 }

@@ -30,6 +30,8 @@ pub struct Finger {
     pub name: String,
     /// The design, validated.
     pub design: Design,
+    /// True if the rigid tip begins where the beams' inner faces meet (`rigid_above_mm = "auto"`), so that it moves with their thicknesses.
+    pub is_tip_auto: bool,
     /// False if the file gives no motor axis: such a finger can only be moved along a line.
     pub has_motor: bool,
     /// The strain that the material bears, dimensionless; none if it is not known.
@@ -107,6 +109,7 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
     Ok(Finger {
         name: keys.name.clone().unwrap_or_else(|| name.to_owned()),
         design,
+        is_tip_auto: tip == Some(TipFrom::Word(TipWord::Auto)),
         has_motor: keys.motor.is_some(),
         max_strain: keys.material.max_strain,
         prony: prony(keys.material.prony.as_deref().unwrap_or_default(), table)?,

@@ -1,5 +1,6 @@
 //! Derivatives of force, torque and contact centre, in the units of files.
 
+use model_core::design::Design;
 use model_core::equilibrium::Follower;
 use model_core::object::{Motion, ObjectDesign};
 use model_core::real::Real;
@@ -7,6 +8,7 @@ use model_core::sensitivity::{Derivative, DesignParameter, Probe};
 use serde::{Deserialize, Serialize};
 
 use crate::case::Case;
+use crate::faces;
 use crate::heap::Host;
 use crate::study::model::Options;
 
@@ -26,7 +28,7 @@ pub struct Sensitivity {
     pub force_per_radius_mm_n: [f64; 2],
     /// To Young's modulus, N per MPa, the contact softness staying the same.
     pub force_per_youngs_modulus_mpa_n: [f64; 2],
-    /// To the front beam's thickness, N per mm; `null` where the dimension cannot be varied.
+    /// To the front beam's thickness, N per mm, a rigid tip that is `"auto"` moving with it; `null` where the dimension cannot be varied.
     pub force_per_front_thickness_mm_n: Option<[f64; 2]>,
     /// To the back beam's thickness, N per mm.
     pub force_per_back_thickness_mm_n: Option<[f64; 2]>,
@@ -67,10 +69,17 @@ pub(super) fn sensitivity<T: Real>(
     options: &Options,
 ) -> Option<Sensitivity> {
     let found = follower.sensitivity()?;
-    let mut dimension = |parameter| {
-        follower
-            .design_sensitivity(probe, &case.finger.design, &options.discretisation, parameter)
-            .map(|derivative| vector(derivative.force))
+    let (design, how) = (&case.finger.design, &options.discretisation);
+    let mut dimension = |parameter: DesignParameter| {
+        let thickens = matches!(parameter, DesignParameter::FrontThickness | DesignParameter::BackThickness);
+        let derivative = if thickens && case.finger.is_tip_auto {
+            let step = T::EPSILON.to_f64().cbrt() * parameter.size(design);
+            let [below, above] = [-step, step].map(|by| thickened(design, parameter, by));
+            follower.design_derivative(probe, [&below?, &above?], how, step)
+        } else {
+            follower.design_sensitivity(probe, design, how, parameter)
+        };
+        derivative.map(|derivative| vector(derivative.force))
     };
     let force = |derivative: &Derivative<T>| vector(derivative.force);
     let rotating = matches!(case.path.motion, Motion::Rotating { .. });
@@ -96,6 +105,14 @@ pub(super) fn sensitivity<T: Real>(
         torque_per_radius_mm_nmm: found.radius.torque.to_f64() * to_radius + 0.0,
         contact_centre_per_deg_mm: rotating.then_some(vector(found.coordinate.contact_centre).map(|x| x * per_degree)),
     })
+}
+
+/// A design of another thickness, mm, whose rigid tip begins where the inner faces then meet.
+fn thickened(design: &Design, parameter: DesignParameter, by: f64) -> Option<Design> {
+    let mut other = design.clone();
+    parameter.shift(&mut other, by);
+    other.rigid_above = Some(faces::solid_above(&other.front, &other.back)?);
+    Some(other)
 }
 
 fn vector<T: Real>(v: [T; 2]) -> [f64; 2] {
