@@ -2,7 +2,7 @@
 
 use crate::command::{headline, run as run_command};
 use crate::pc::{FEATURES, cargo};
-use crate::{derivation, paths};
+use crate::{derivation, firmware, paths};
 use anyhow::Result;
 
 /// What to do with the pages and pictures that the program makes.
@@ -19,6 +19,15 @@ const MAKERS: [&str; 2] = ["book", "messages"];
 /// The tests of the links between them.
 const LINKS: [&str; 2] = ["links", "built"];
 const VARIABLE: &str = "FRE_DOCS";
+
+/// Makes the picture of the live page, `docs/live-page.png`: by the test of the page with two fingers, in Chromium, on the firmware in QEMU.
+pub fn page() -> Result<()> {
+    let image = firmware::show(firmware::SIMULATED)?;
+    headline("the picture of the live page");
+    let mut test = cargo("test");
+    test.args(["--quiet", "--workspace"]).args(FEATURES).args(["--test", "live_page", "several"]);
+    run_command(test.env("FRE_FIRMWARE_ELF", image).env(VARIABLE, "write"))
+}
 
 /// Makes or compares the pages and pictures, checks the links, and builds the book in `target/book`.
 pub fn run(way: Way) -> Result<()> {

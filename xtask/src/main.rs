@@ -45,6 +45,7 @@ usage: cargo xtask COMMAND
   bench ros2             a minute of forces at 500 Hz to another implementation of DDS: what is lost
   docs [--check]         make what the program makes of the book's pages and pictures, and the book in target/book; --check
                          compares instead
+  docs --page            make the picture of the live page, in Chromium, on the firmware in QEMU
   release [--suite] [FOLDER]
                          make a release in FOLDER (target/release-VERSION): the command, the wheel, the images, the crates and
                          their checksums; --suite uses what the tests have built
@@ -85,6 +86,7 @@ fn dispatch(arguments: &[&str]) -> Result<()> {
         ["fuzz", rest @ ..] => fuzz::run(rest),
         ["docs"] => docs::run(docs::Way::Write),
         ["docs", "--check"] => docs::run(docs::Way::Check),
+        ["docs", "--page"] => docs::page(),
         ["release", rest @ ..] => release(rest),
         _ => bail!("`{}` is not a command\n\n{}", arguments.join(" "), usage()),
     }

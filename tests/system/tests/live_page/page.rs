@@ -29,6 +29,17 @@ pub fn pictures() -> PathBuf {
     folder
 }
 
+/// Writes the book's picture of the page where `cargo xtask docs --page` asks for it. The versions are left out: a picture does not follow them.
+pub fn picture_of_the_book(page: &mut Browser) {
+    if std::env::var_os("FRE_DOCS").is_none_or(|value| value != "write") {
+        return;
+    }
+    page.eval("{ const t = document.getElementById('target'); t.textContent = t.textContent.split(',')[0]; }");
+    let board = page.eval("document.getElementById('target').textContent");
+    assert_eq!(board, "mps2", "the page does not say first which board it shows");
+    page.picture(&PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../docs/live-page.png"));
+}
+
 /// What the gripper told while the page was open.
 #[derive(Default)]
 pub struct Stream {

@@ -9,7 +9,7 @@ use serde_json::json;
 use system_tests::{Browser, Machine, OBJECT, Tries};
 
 use crate::card::equal;
-use crate::page::{DESK, MOUNT, PATIENCE, PHONE, Stream, WIDE, found, on_page, pictures};
+use crate::page::{DESK, MOUNT, PATIENCE, PHONE, Stream, WIDE, found, on_page, picture_of_the_book, pictures};
 
 /// Two fingers, one mirrored: each card shows its own, the grasp both, and the settings go to the one that is named.
 #[test]
@@ -94,6 +94,9 @@ fn visit_both(page: &mut Browser, url: &str, stream: &Mutex<Stream>, link: &fre_
     std::thread::sleep(Duration::from_millis(400));
     page.picture(&pictures().join("two-phone-below.png"));
     page.look(WIDE, false);
+    page.eval("scrollTo(0, 0)");
+    std::thread::sleep(Duration::from_millis(400));
+    picture_of_the_book(page);
 
     // The second finger's limits, and nobody else's.
     page.eval(
