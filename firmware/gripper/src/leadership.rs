@@ -193,11 +193,11 @@ impl Leadership {
             || Self::unfenced(hand, |finger, fence| servos.unfenced(finger, fence)).is_some()
     }
 
-    /// A finger's tick without an answer.
+    /// A finger's tick of so many seconds without an answer.
     #[inline(never)]
-    pub(crate) fn failed<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, error: &BusError<U>) {
+    pub(crate) fn failed<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, error: &BusError<U>, seconds: f64) {
         count::<U>(hand.shared, error);
-        if hand.units.get_mut(finger).is_some_and(|unit| unit.health.failed()) {
+        if hand.units.get_mut(finger).is_some_and(|unit| unit.health.failed(seconds as f32)) {
             hand.shared.add(|counters| &mut counters.servo_losses);
             hand.shared.tell(Event::ServoLost { finger: finger as u8, other_master: self.is_other_about() });
         }

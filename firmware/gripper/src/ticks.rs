@@ -129,7 +129,9 @@ impl<'a, B: Board> Core<'a, B> {
                     self.fresh(turn.finger, reading);
                 }
             }
-            Err(error) => self.leadership.failed::<B::Bus>(&mut self.hand, turn.finger, error),
+            Err(error) => {
+                self.leadership.failed::<B::Bus>(&mut self.hand, turn.finger, error, self.scheduler.seconds());
+            }
         }
     }
 

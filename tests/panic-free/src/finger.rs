@@ -90,7 +90,7 @@ impl Finger {
         black_box((self.budget.iterations(black_box(0)), self.budget.most()));
         black_box(self.budget.allows_another(black_box(0), black_box(0), black_box(0)));
         self.health.answered();
-        black_box(self.health.failed());
+        black_box(self.health.failed(black_box(0.0)));
         black_box(self.meter.tick(black_box(0), black_box(0.0)));
     }
 }

@@ -366,7 +366,8 @@ impl Range {
                 self.run(100_000)
             }
             Hazard::OtherMode => {
-                let until = self.bench.now_us() + 60_000;
+                // It is looked at anew once it counts as lost.
+                let until = self.bench.now_us() + 400_000;
                 let servo = self.bench.servo_of(target);
                 servo.write(xm430::TORQUE_ENABLE, 0);
                 servo.write(xm430::OPERATING_MODE, 1);

@@ -16,8 +16,6 @@ const DEGREE: f32 = std::f32::consts::PI / 180.0;
 const BACKLASH_DEG: f64 = 0.25;
 /// Grips of the hour, 10 s each.
 const ROUNDS: u32 = 360;
-/// Three ticks in a row without an answer: by chance about once in that hour.
-const LOSSES: u32 = 5;
 
 /// The mount of [`geared_servo`]: its play is known.
 pub const GEARED_MOUNT: Mount = Mount {
@@ -112,7 +110,8 @@ impl Hour {
             (reached + 10 > *rounds, "grips did not reach their force"),
             // An answer in 167 is lost, damaged or cut, or its question.
             (judge.share() > 0.9 * (1.0 - 6.0 / 500.0), "too few sound estimates"),
-            (*servo_losses <= LOSSES, "the servo was lost too often"),
+            // By 30 ticks in a row without an answer: never by chance.
+            (*servo_losses == 0, "the servo was lost"),
         ]
         .into_iter()
         .filter_map(|(holds, fault)| (!holds).then_some(fault))

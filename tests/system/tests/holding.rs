@@ -9,6 +9,8 @@ const SECOND: u64 = 1_000_000;
 /// Losses of the servo, and restarts of the microcontroller, in one grip.
 const LOSSES: u32 = 100;
 const RESTARTS: u32 = 20;
+/// A silence after which a servo counts as lost, µs.
+const SILENT: u64 = 400_000;
 /// What a grip may lose of its force.
 const LOST: f64 = 0.05;
 
@@ -31,12 +33,35 @@ fn grip(mut bench: Bench) -> Bench {
     bench
 }
 
-/// The servo is silent for six ticks, as behind a burst of noise: it counts as lost and is found again.
+/// The servo is silent for longer than it may be: it counts as lost and is found again.
 fn lose(bench: &mut Bench, judge: &mut Judge) {
-    let end = bench.now_us() + 12_000;
-    bench.servo.silence(end);
-    judge.run(bench, 12_000);
+    bench.servo.silence(bench.now_us() + SILENT);
+    judge.run(bench, SILENT);
     judge.run(bench, SECOND / 2);
+}
+
+/// Whether the servo was lost.
+fn is_lost(bench: &Bench) -> bool {
+    bench.events.iter().any(|event| matches!(event, Event::ServoLost { .. }))
+}
+
+/// A quarter of a second is noise at every rate, and the grip goes on behind it.
+#[test]
+fn a_short_silence_does_not_lose_a_servo() {
+    for rate_hz in [100, 500] {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        set_up(&mut bench, &Settings { rate_hz, ..Settings::of(GEARED_MOUNT) }, OBJECT);
+        let to = GripTo { fingers: Which::All, force: 5.0, speed: Some(0.1), limit: None };
+        bench.ask::<Grip>(&to).unwrap();
+        bench.until("grip", 20 * SECOND, |report| report.phase == Phase::Gripped);
+        bench.servo.silence(bench.now_us() + SECOND / 4);
+        bench.run(SECOND);
+        assert!(!is_lost(&bench), "{rate_hz} Hz: {:?}", bench.events);
+        assert_eq!(bench.reports.last().unwrap().0.phase, Phase::Gripped, "{rate_hz} Hz");
+        bench.servo.silence(bench.now_us() + SILENT);
+        bench.run(SECOND);
+        assert!(is_lost(&bench), "{rate_hz} Hz: {:?}", bench.events);
+    }
 }
 
 #[test]
@@ -103,8 +128,7 @@ fn a_servo_found_on_its_way_stops() {
     set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
     bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.15, speed: Some(0.1) }).unwrap();
     bench.run(SECOND / 2);
-    let end = bench.now_us() + 20_000;
-    bench.servo.silence(end);
+    bench.servo.silence(bench.now_us() + SILENT);
     bench.run(SECOND);
     let there = bench.servo.truth().count;
     bench.run(SECOND);
