@@ -175,9 +175,10 @@ async fn look_after<B: Board>(core: &mut Core<'_, B>, servos: &mut Servos<B::Bus
         let status = core.patiently(servos.hardware_error(finger, id)).await;
         Leadership::alerted::<B::Bus>(&mut core.hand, finger, &status);
     }
-    if let Some((finger, id)) = core.leadership.strained(&core.hand) {
-        let vitals = core.patiently(servos.vitals(finger, id)).await;
-        Leadership::derate::<B::Bus>(&mut core.hand, finger, &vitals);
+    if let Some((finger, id)) = core.leadership.looks_at(&core.hand) {
+        let is_doubted = core.hand.units.get(finger).is_some_and(|unit| unit.doubted);
+        let look = core.patiently(servos.look(finger, id, is_doubted)).await;
+        core.leadership.looked::<B::Bus>(&mut core.hand, finger, &look);
     }
     if !core.hand.is_any_present() {
         servos.forget();

@@ -8,7 +8,7 @@ use messages::{Event, FINGERS, Reaction, Silence};
 
 use crate::board::BusPort;
 use crate::hand::Hand;
-use crate::servo::{BusError, Fence, Found, Goals, Servos, Turn};
+use crate::servo::{BusError, Fence, Found, Goals, Look, Servos, Turn};
 use crate::shared::Shared;
 use crate::unit::{Torque, Unit};
 
@@ -23,7 +23,7 @@ const OTHER_AGAIN: Duration = Duration::from_secs(10);
 /// How long another master's last word counts as a reason for what goes wrong.
 const OTHER_ABOUT: Duration = Duration::from_secs(1);
 
-/// How often each servo is asked how warm it is and what supplies it.
+/// How often each servo is asked how warm it is, what supplies it, and whether it still holds.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// What a master remembers from tick to tick.
@@ -33,7 +33,7 @@ pub(crate) struct Leadership {
     next_sought: usize,
     /// Whose torque is switched next, if it is to be.
     next_switched: usize,
-    /// When a servo is asked for its temperature next, and which comes after that.
+    /// When a servo is looked at next, and which comes after that.
     look: Instant,
     next_looked: usize,
     /// When another master was last heard, and last reported.
@@ -198,9 +198,18 @@ impl Leadership {
     pub(crate) fn failed<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, error: &BusError<U>, seconds: f64) {
         count::<U>(hand.shared, error);
         if hand.units.get_mut(finger).is_some_and(|unit| unit.health.failed(seconds as f32)) {
-            hand.shared.add(|counters| &mut counters.servo_losses);
-            hand.shared.tell(Event::ServoLost { finger: finger as u8, other_master: self.is_other_about() });
+            self.lost(hand, finger);
         }
+    }
+
+    /// A finger's servo is lost: it is looked for, and set up anew.
+    #[inline(never)]
+    fn lost(&self, hand: &mut Hand<'_>, finger: usize) {
+        if let Some(unit) = hand.units.get_mut(finger) {
+            unit.health = Health::Absent;
+        }
+        hand.shared.add(|counters| &mut counters.servo_losses);
+        hand.shared.tell(Event::ServoLost { finger: finger as u8, other_master: self.is_other_about() });
     }
 
     pub(crate) fn found(hand: &mut Hand<'_>, finger: usize, id: Id, found: &Found) {
@@ -211,7 +220,7 @@ impl Leadership {
         let unit = hand.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
         if let Some(unit) = unit {
             unit.health = Health::READY;
-            unit.difference = None;
+            (unit.difference, unit.doubted) = (None, false);
             (unit.bounds, unit.watch) = (Some(found.bounds), StrainWatch::FREE);
             unit.servo = ServoModel::of(model).unwrap_or(ServoModel::ASSUMED);
             unit.gain = found.gain;
@@ -233,13 +242,15 @@ impl Leadership {
         }
     }
 
-    /// A servo that is to be asked how warm it is, the fingers in turn.
-    pub(crate) fn strained(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
+    /// A servo that is to be looked at: the fingers in turn, and those in doubt at once.
+    pub(crate) fn looks_at(&mut self, hand: &Hand<'_>) -> Option<(usize, Id)> {
         let now = Instant::now();
         let (finger, id) = self.unseen(hand, now)?;
-        let count = hand.units.iter().filter(|unit| Self::can_be_seen(unit)).count().max(1);
-        self.look = now + LOOK / count as u32;
-        self.next_looked = finger + 1;
+        if now >= self.look {
+            let count = hand.units.iter().filter(|unit| Self::can_be_seen(unit)).count().max(1);
+            self.look = now + LOOK / count as u32;
+            self.next_looked = finger + 1;
+        }
         Some((finger, id))
     }
 
@@ -249,20 +260,25 @@ impl Leadership {
 
     #[inline(never)]
     fn unseen(&self, hand: &Hand<'_>, now: Instant) -> Option<(usize, Id)> {
-        if now < self.look {
-            return None;
-        }
+        let is_due = now >= self.look;
         let fingers = hand.units.iter().enumerate();
         let mut turned = fingers.clone().skip(self.next_looked).chain(fingers);
-        let (finger, unit) = turned.find(|(_, unit)| Self::can_be_seen(unit))?;
+        let (finger, unit) = turned.find(|(_, unit)| Self::can_be_seen(unit) && (is_due || unit.doubted))?;
         Some((finger, unit.id()?))
     }
 
-    /// A servo has said how warm it is and what supplies it.
-    pub(crate) fn derate<U: BusPort>(hand: &mut Hand<'_>, finger: usize, vitals: &Result<Vitals, BusError<U>>) {
-        match vitals {
-            Ok(vitals) => {
-                let Some(unit) = hand.units.get_mut(finger) else { return };
+    /// A servo was looked at. One that does not hold any more, though nobody asked for that, was without power for a moment, or another
+    /// program has written to it.
+    pub(crate) fn looked<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, look: &Result<Look, BusError<U>>) {
+        let Some(unit) = hand.units.get_mut(finger) else { return };
+        unit.doubted = false;
+        match look {
+            Ok(Look { holds, is_watched, .. })
+                if unit.health.is_present() && (*is_watched || (unit.torque == Torque::On && !holds)) =>
+            {
+                self.lost(hand, finger);
+            }
+            Ok(Look { vitals, .. }) => {
                 let Some(bounds) = unit.bounds else { return };
                 if let Some((derating, strain)) = unit.watch.see(*vitals, bounds, hand.settings.margins()) {
                     let Vitals { temperature, voltage } = *vitals;

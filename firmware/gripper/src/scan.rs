@@ -54,6 +54,8 @@ pub(crate) async fn scan<B: Board>(
         core.pause(TELLING_US).await;
     }
     servos.go_on_at(bus);
+    // For some seconds nobody has seen what became of them.
+    core.hand.units.iter_mut().for_each(|unit| unit.doubted = true);
     core.orders.is_scanning = false;
     core.hand.shared.tell(Event::ScanDone { found: all, rates: tried });
 }

@@ -27,6 +27,11 @@ const VITAL: Register<u16> = xm430::PRESENT_INPUT_VOLTAGE;
 /// Bytes of those registers.
 const VITAL_BYTES: usize = 3;
 
+/// What a servo holds with: Torque Enable, and up to Bus Watchdog what is behind it.
+const HOLD: Register<u8> = xm430::TORQUE_ENABLE;
+/// Bytes of those registers.
+const HOLD_BYTES: usize = (xm430::BUS_WATCHDOG.address() + 1 - HOLD.address()) as usize;
+
 /// Why the bus gave nothing.
 pub(crate) type BusError<U> = dynamixel::Error<<U as embedded_io_async::ErrorType>::Error>;
 
@@ -45,6 +50,17 @@ pub(crate) struct Reading {
     pub(crate) alert: bool,
     /// The goal that it did not take.
     pub(crate) refused: Option<(i32, StatusError)>,
+}
+
+/// What a servo is asked now and then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Look {
+    /// How warm it is, and what supplies it.
+    pub(crate) vitals: Vitals,
+    /// It has its torque, or a hardware error, which is reported by itself.
+    pub(crate) holds: bool,
+    /// Its Bus Watchdog is armed, or has tripped: it takes no goals, or will take none.
+    pub(crate) is_watched: bool,
 }
 
 /// Each finger's goal, counts; none for a servo without torque.
@@ -328,12 +344,19 @@ impl<U: BusPort> Servos<U> {
         }
     }
 
-    /// How warm a servo is, and what supplies it.
-    pub(crate) async fn vitals(&mut self, finger: usize, id: Id) -> Result<Vitals, BusError<U>> {
+    /// How warm a servo is, what supplies it, and whether it still holds: has its torque, and if that is in doubt, takes goals.
+    pub(crate) async fn look(&mut self, finger: usize, id: Id, is_doubted: bool) -> Result<Look, BusError<U>> {
+        let model = self.model(finger);
         let mut bytes = [0; VITAL_BYTES];
-        self.master.read(id, self.model(finger).at(VITAL).address(), &mut bytes).await?;
+        self.master.read(id, model.at(VITAL).address(), &mut bytes).await?;
         let [low, high, temperature] = bytes;
-        Ok(Vitals { temperature, voltage: u16::from_le_bytes([low, high]) })
+        let mut bytes = [0; HOLD_BYTES];
+        // A long answer would cost every servo's look a tick.
+        let asked = bytes.get_mut(..if is_doubted { HOLD_BYTES } else { 1 }).unwrap_or_default();
+        let Answer { alert, .. } = self.master.read(id, model.at(HOLD).address(), asked).await?;
+        let [torque, .., watchdog] = bytes;
+        let vitals = Vitals { temperature, voltage: u16::from_le_bytes([low, high]) };
+        Ok(Look { vitals, holds: alert || torque != 0, is_watched: watchdog != 0 })
     }
 
     /// Which hardware errors a servo has.

@@ -4,6 +4,7 @@ use core::future::Future;
 use core::marker::PhantomData;
 use core::pin::pin;
 
+use dynamixel::StatusError;
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use heapless::Vec;
@@ -124,6 +125,10 @@ impl<'a, B: Board> Core<'a, B> {
                     let shared = self.hand.shared;
                     shared.add(|counters| &mut counters.bus_refused);
                     shared.tell(Event::GoalRefused { finger: turn.finger as u8, position, error: error.code() });
+                    if let Some(unit) = self.hand.units.get_mut(turn.finger) {
+                        // Its limits, or its Bus Watchdog: then it takes no other one either.
+                        unit.doubted |= error == StatusError::DataRange;
+                    }
                 }
                 if !is_old {
                     self.fresh(turn.finger, reading);

@@ -118,6 +118,8 @@ pub(crate) struct Unit<'a> {
     /// Where its servo shuts down, and how near it is to that.
     pub(crate) bounds: Option<Bounds>,
     pub(crate) watch: StrainWatch,
+    /// Its servo is to be looked at, as it may hold no more.
+    pub(crate) doubted: bool,
     /// Whether this tick's report is made.
     pub(crate) is_reported: bool,
 }
@@ -157,6 +159,7 @@ impl<'a> Unit<'a> {
             difference: None,
             bounds: None,
             watch: StrainWatch::FREE,
+            doubted: false,
             is_reported: false,
         }
     }
@@ -273,10 +276,11 @@ impl<'a> Unit<'a> {
         self.unseen = self.unseen.saturating_add(1);
     }
 
-    /// The position is seen again. After several ticks nobody knows which way the finger has come.
+    /// The position is seen again. After several ticks nobody knows which way the finger has come, and whether its servo had its power.
     pub(crate) fn seen(&mut self) {
         if core::mem::take(&mut self.unseen) >= UNSEEN {
             self.model.forget_path();
+            self.doubted = true;
         }
     }
 
@@ -400,7 +404,11 @@ impl<'a> Unit<'a> {
             stop: self.watch.stops(),
             relaxes: self.model.fades(),
         };
+        let before = self.grip.phase();
         self.grip.feel(&touch, self.calibration.count(), seconds, &mount.limits(), faults);
+        // A motor without torque goes nowhere either.
+        let phase = self.grip.phase();
+        self.doubted |= phase != before && phase.why() == Some(Why::Stall);
     }
 }
 

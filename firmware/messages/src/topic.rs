@@ -243,7 +243,8 @@ pub enum Event {
         /// Ticks per second it should have been.
         chosen_hz: f32,
     },
-    /// The servo has stopped answering, or its master asking; estimates are stale from here on.
+    /// The servo has not answered for 0.3 s, or has lost its torque (Torque Enable, Bus Watchdog) though nobody asked for that, or its master
+    /// has stopped asking; estimates are stale until it is found again.
     ServoLost {
         /// Whose.
         finger: u8,

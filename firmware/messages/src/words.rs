@@ -99,7 +99,7 @@ impl Display for Event {
             }
             Self::RateReached { hz, .. } => write!(f, "{hz:.1} ticks a second are reached again"),
             Self::ServoLost { finger, other_master } => {
-                write!(f, "finger {finger}: the servo is not heard any more; estimates are stale")?;
+                write!(f, "finger {finger}: the servo is lost; estimates are stale")?;
                 f.write_str(if other_master { "; another master speaks on the bus" } else { "" })
             }
             Self::OtherMaster { packets } => {

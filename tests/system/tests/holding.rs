@@ -13,6 +13,8 @@ const RESTARTS: u32 = 20;
 const SILENT: u64 = 400_000;
 /// What a grip may lose of its force.
 const LOST: f64 = 0.05;
+/// A way in which a servo ceases to hold, by its name.
+type Loss = (&'static str, fn(&mut Bench));
 
 fn force(truth: &Truth) -> f64 {
     truth.force[0].hypot(truth.force[1])
@@ -119,6 +121,83 @@ fn an_armed_bus_watchdog_does_not_cost_the_force() {
     let after = force(&bench.servo.truth());
     assert!(after > (1.0 - LOST) * before, "{after} N left of {before} N");
     assert_eq!(bench.servo.read(xm430::BUS_WATCHDOG), 0);
+}
+
+/// A servo that answers and holds nothing: another program has switched its torque off, or it was without power for less than the time after
+/// which it is lost. It is set up anew, and holds where it is then.
+#[test]
+fn torque_that_is_gone_is_noticed() {
+    let gone: [Loss; 3] = [
+        ("torque off", |bench| bench.servo.write(xm430::TORQUE_ENABLE, 0)),
+        ("a tripped Bus Watchdog", |bench| {
+            bench.servo.write(xm430::BUS_WATCHDOG, 1);
+            let now = bench.now_us();
+            bench.servo.silence(now + 100_000);
+        }),
+        ("a scan", |bench| {
+            bench.ask::<messages::Hold>(&Which::All).unwrap();
+            bench.ask::<messages::Scan>(&()).unwrap();
+            bench.run(SECOND);
+            bench.servo.write(xm430::TORQUE_ENABLE, 0);
+            let end = bench.now_us() + 10 * SECOND;
+            while !bench.events.iter().any(|event| matches!(event, Event::ScanDone { .. })) {
+                assert!(bench.now_us() < end, "{:?}", bench.events);
+                bench.run(1_000);
+            }
+        }),
+    ];
+    for (what, take) in gone {
+        let mut bench = gripping(&Flash::new());
+        bench.events.clear();
+        take(&mut bench);
+        let quick = what == "a scan";
+        bench.run(if quick { SECOND / 20 } else { 3 * SECOND / 2 });
+        assert!(is_lost(&bench), "{what}: {:?}", bench.events);
+        bench.run(SECOND);
+        let ready = bench.events.iter().filter(|event| matches!(event, Event::ServoReady { .. })).count();
+        let registers = (bench.servo.read(xm430::TORQUE_ENABLE), bench.servo.read(xm430::BUS_WATCHDOG));
+        assert_eq!((ready, registers), (1, (1, 0)), "{what}: {:?}", bench.events);
+        let mut last = None;
+        bench.run_with(SECOND / 10, |report, _| last = Some(*report));
+        // Before the scan it was held as asked, and still is.
+        let why = if quick { Why::Asked } else { Why::ServoLost };
+        assert_eq!(last.unwrap().phase, Phase::Held(why), "{what}");
+    }
+}
+
+/// A motor that does not follow may have no torque: that is looked at as soon as it counts as stalled.
+#[test]
+fn a_stall_without_torque_is_a_loss() {
+    // Whenever it is between two of the looks that come once a second.
+    for quarter in 0..4 {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+        bench.run(quarter * SECOND / 4);
+        bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.1, speed: Some(0.3) }).unwrap();
+        bench.run(SECOND / 20);
+        bench.servo.write(xm430::TORQUE_ENABLE, 0);
+        bench.run(6 * SECOND / 10);
+        assert!(is_lost(&bench), "{quarter}: {:?}", bench.events);
+        bench.run(SECOND / 10);
+        let phase = bench.reports.last().unwrap().0.phase;
+        assert_eq!((bench.servo.read(xm430::TORQUE_ENABLE), phase), (1, Phase::Held(Why::ServoLost)));
+    }
+}
+
+/// Without torque as it was asked for, or with a hardware error that is reported by itself, no servo is lost.
+#[test]
+fn torque_that_is_off_as_asked_is_no_loss() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<messages::Relax>(&Which::All).unwrap();
+    bench.run(3 * SECOND);
+    assert_eq!((is_lost(&bench), bench.servo.read(xm430::TORQUE_ENABLE)), (false, 0));
+    bench.ask::<Close>(&CloseTo { fingers: Which::All, angle: 0.0, speed: Some(0.1) }).unwrap();
+    bench.run(SECOND);
+    assert_eq!((is_lost(&bench), bench.servo.read(xm430::TORQUE_ENABLE)), (false, 1));
+    bench.servo.fail(0x20);
+    bench.run(3 * SECOND);
+    assert_eq!((is_lost(&bench), bench.servo.read(xm430::TORQUE_ENABLE)), (false, 0), "{:?}", bench.events);
 }
 
 /// What another master has under way is stopped where it is, not finished.
