@@ -76,6 +76,7 @@ pub async fn control<'a, B: Board>(
         }
         if core.is_asking {
             core.meanwhile(bus.answered()).await;
+            core.is_busy = false;
             for turn in &answers(core, bus).await {
                 core.answered(turn, false);
             }

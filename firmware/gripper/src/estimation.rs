@@ -217,13 +217,14 @@ impl Estimation {
         }
     }
 
-    /// Ends a tick: fingers without a report are stale, and the grasp is summed up.
-    pub(crate) fn finish<B: Board>(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler) {
+    /// Ends a tick: fingers without a report are stale, and the grasp is summed up. `is_missed`: an answer that has not come is missing,
+    /// and not only late.
+    pub(crate) fn finish<B: Board>(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler, is_missed: bool) {
         for finger in 0..hand.units.len() {
             if hand.units.get(finger).is_some_and(|unit| unit.mount.is_some() && !unit.is_done())
                 && !self.repeat::<B>(hand, scheduler, finger)
             {
-                self.stale(hand, scheduler, finger);
+                self.stale(hand, scheduler, finger, is_missed);
             }
         }
         self.leave_unbalanced::<B>(hand, scheduler);
@@ -240,7 +241,7 @@ impl Estimation {
     }
 
     /// No position came in this period: the old numbers, marked as such.
-    fn stale(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler, finger: usize) {
+    fn stale(&mut self, hand: &mut Hand<'_>, scheduler: &Scheduler, finger: usize, is_missed: bool) {
         let reaction = hand.settings.on_fault;
         let Some(unit) = hand.units.get_mut(finger) else {
             return;
@@ -252,7 +253,7 @@ impl Estimation {
         estimate.iterations = 0;
         // A position that comes while this is done is a later one.
         (unit.last.time_us, unit.last.cost) = (now_us().min(scheduler.end.as_micros()), 0);
-        if let Some(mount) = &unit.mount {
+        if is_missed && let Some(mount) = &unit.mount {
             unit.grip.miss(&mount.limits(), reaction);
         }
         self.publish(hand, finger);

@@ -83,8 +83,8 @@ impl<U: BusPort> Turn<U> {
     }
 }
 
-/// Ticks after a failure in which every servo is asked by itself: behind a silent one, a common question leaves the others
-/// silent too.
+/// Ticks after a failure in which every servo is asked by itself from the start: behind a silent one, a common question leaves the others
+/// silent too, and they have to be asked again.
 const APART: u8 = 8;
 
 /// Ticks in which a goal that nobody confirms is written once more: noise may have damaged it.
@@ -262,16 +262,18 @@ impl<U: BusPort> Servos<U> {
         // A common question has one address for all.
         let layout = |turn: &Turn<U>| self.model(turn.finger).layout;
         let is_alike = turns.first().is_some_and(|first| turns.iter().all(|turn| layout(turn) == layout(first)));
-        if turns.len() > 1 && is_alike && self.apart == 0 {
+        let is_common = turns.len() > 1 && is_alike && self.apart == 0;
+        if is_common {
             self.together(turns).await;
         } else {
             self.apart = self.apart.saturating_sub(1);
-            for turn in turns.iter_mut() {
-                turn.result = self.alone(turn).await;
-            }
         }
-        if turns.iter().any(|turn| turn.result.is_err()) {
-            self.apart = APART;
+        // Whoever has not answered yet: behind a silent one nobody does.
+        for turn in turns.iter_mut().filter(|turn| turn.result.is_err()) {
+            turn.result = self.alone(turn).await;
+            if is_common || turn.result.is_err() {
+                self.apart = APART;
+            }
         }
     }
 

@@ -34,6 +34,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) orders: Orders,
     /// The servos are being asked, or are going to be.
     pub(crate) is_asking: bool,
+    /// In this tick the bus was busy with something else than the question: an answer that comes late for that is not missing.
+    pub(crate) is_busy: bool,
     /// An order that waits for a transaction's end.
     pub(crate) waiting: Option<Order>,
     /// What the bus's master has set and the flash has not got yet.
@@ -70,6 +72,7 @@ impl<'a, B: Board> Core<'a, B> {
             leadership: Leadership::new(),
             orders: Orders::NONE,
             is_asking: false,
+            is_busy: false,
             waiting: None,
             unkept: Vec::new(),
             restart: false,
@@ -79,6 +82,8 @@ impl<'a, B: Board> Core<'a, B> {
 
     /// Waits for the next period and obeys one order.
     pub(crate) async fn begin(&mut self) {
+        // What went on beyond the last tick counts for this one.
+        self.is_busy &= Instant::now() >= self.scheduler.end;
         self.scheduler.wait().await;
         self.advance();
         self.obey(!self.is_asking);
@@ -147,7 +152,7 @@ impl<'a, B: Board> Core<'a, B> {
 
     /// Ends a tick.
     pub(crate) fn finish(&mut self) {
-        self.estimation.finish::<B>(&mut self.hand, &self.scheduler);
+        self.estimation.finish::<B>(&mut self.hand, &self.scheduler, true);
     }
 
     /// Takes another period.
@@ -158,6 +163,7 @@ impl<'a, B: Board> Core<'a, B> {
     /// Waits for a transaction of its own on the bus; periods that pass meanwhile are reported as stale.
     pub(crate) async fn patiently<F: Future>(&mut self, transaction: F) -> F::Output {
         let _asking = self.hand.shared.quiet.ask();
+        self.is_busy = true;
         self.meanwhile(transaction).await
     }
 
@@ -172,10 +178,13 @@ impl<'a, B: Board> Core<'a, B> {
         }
     }
 
-    /// A period ends without what is waited for.
+    /// A period ends without what is waited for. An answer is missing by then only if nothing else can have held it up: another transaction,
+    /// or another servo, which is waited for.
     #[inline(never)]
     fn go_without(&mut self) {
-        self.finish();
+        let is_alone = self.hand.units.iter().filter(|unit| unit.health.is_present()).count() == 1;
+        let is_missed = self.is_asking && !self.is_busy && is_alone;
+        self.estimation.finish::<B>(&mut self.hand, &self.scheduler, is_missed);
         self.advance();
         self.obey(false);
     }

@@ -1,9 +1,11 @@
 //! A finger that holds something goes on holding it, whatever happens to the bus and to the microcontroller.
 
 use dynamixel::xm430;
-use fre_gripper::servo::Truth;
-use messages::{Close, CloseTo, Event, Grip, GripTo, Phase, Settings, Which, Why};
-use system_tests::{Bench, Flash, GEARED_MOUNT, Judge, OBJECT, geared_servo, is_sound, set_up};
+use fre_gripper::servo::{Config, Truth};
+use messages::{
+    Close, CloseTo, Event, For, Grip, GripTo, Mount, Phase, Reaction, SetFinger, SetObject, Settings, Which, Why,
+};
+use system_tests::{Bench, Flash, GEARED_MOUNT, Judge, OBJECT, finger, geared_servo, is_sound, set_up};
 
 const SECOND: u64 = 1_000_000;
 /// Losses of the servo, and restarts of the microcontroller, in one grip.
@@ -198,6 +200,46 @@ fn torque_that_is_off_as_asked_is_no_loss() {
     bench.servo.fail(0x20);
     bench.run(3 * SECOND);
     assert_eq!((is_lost(&bench), bench.servo.read(xm430::TORQUE_ENABLE)), (false, 0), "{:?}", bench.events);
+}
+
+/// With `release` on faults a finger opens when its own servo does not answer, and for nothing else: not for a servo that is looked for, nor
+/// for one that falls silent beside it.
+#[test]
+fn a_servo_that_is_gone_opens_no_other_finger() {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mount = |servo_id| Some(Mount { servo_id, ..GEARED_MOUNT });
+    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+    let mut settings = Settings { on_fault: Reaction::Release, ..Settings::of(GEARED_MOUNT) };
+    // The third one is not there.
+    (settings.fingers[1], settings.fingers[2]) = (mount(2), mount(9));
+    set_up(&mut bench, &settings, OBJECT);
+    bench.ask::<SetFinger>(&For { finger: 1, what: finger() }).unwrap();
+    bench.ask::<SetObject>(&For { finger: 1, what: OBJECT.into() }).unwrap();
+    for fingers in [Which::One(0), Which::One(1)] {
+        bench.ask::<Grip>(&GripTo { fingers, force: 5.0, speed: Some(0.1), limit: None }).unwrap();
+    }
+    let mut phases = [Phase::Relaxed; 2];
+    let mut look = |report: &messages::Report| {
+        if let Some(phase) = phases.get_mut(usize::from(report.finger)) {
+            *phase = report.phase;
+        }
+        phases == [Phase::Gripped; 2]
+    };
+    bench.until("both grips", 20 * SECOND, &mut look);
+    let released = |bench: &Bench, finger| {
+        let opens = |event: &Event| matches!(event, Event::PhaseChanged { finger: whose, phase: Phase::Released(_) } if *whose == finger);
+        bench.events.iter().any(opens)
+    };
+    bench.events.clear();
+    bench.run(10 * SECOND);
+    assert!(!released(&bench, 0) && !released(&bench, 1), "searches: {:?}", bench.events);
+    let end = bench.now_us() + 20 * SECOND;
+    bench.servo.silence(end);
+    bench.run(3 * SECOND);
+    assert!(is_lost(&bench) && released(&bench, 0), "{:?}", bench.events);
+    assert!(!released(&bench, 1), "the other one's silence: {:?}", bench.events);
+    bench.run(3 * SECOND);
+    assert!(!released(&bench, 1), "the search for the other one: {:?}", bench.events);
 }
 
 /// What another master has under way is stopped where it is, not finished.

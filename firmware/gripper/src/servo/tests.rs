@@ -166,13 +166,27 @@ fn servos_are_read_together_as_fast_as_all_of_them_know_how() {
 }
 
 #[test]
-fn a_servo_that_does_not_keep_its_promise_costs_one_tick() {
+fn a_servo_that_does_not_keep_its_promise_costs_no_tick() {
     let mut servos = ready(Wire::new([45, 45], false));
-    assert_eq!(tick(&mut servos), ([None, None], Instruction::FastSyncRead.code()));
+    assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::FastSyncRead.code()));
     for _ in 0..APART {
         assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::Read.code()));
     }
     assert_eq!(tick(&mut servos), ([Some(10), Some(20)], Instruction::SyncRead.code()));
+}
+
+/// Behind a servo that is silent the others of a common question are silent too: they are asked again in the same tick.
+#[test]
+fn a_silent_servo_costs_no_other_ones_answer() {
+    for firmware in [45, 44] {
+        let mut servos = ready(Wire::new([firmware; 2], true));
+        assert_eq!(tick(&mut servos).0, [Some(10), Some(20)]);
+        // At another rate it hears nothing.
+        servos.port_mut().servos[0].1.memory[8] = 1;
+        for _ in 0..3 * APART {
+            assert_eq!(tick(&mut servos).0, [None, Some(20)]);
+        }
+    }
 }
 
 /// Nobody answers a common write: one that is lost is made good in the ticks after, and then nothing is written any more.
