@@ -71,6 +71,27 @@ fn the_effort_is_in_the_models_unit() {
     }
 }
 
+/// The P series counts to both sides of its zero: its turns are dropped to within half a revolution.
+#[test]
+fn the_p_series_drops_its_turns_to_half_a_revolution() {
+    let model = model(2100);
+    let revolution = model.counts as i32;
+    for turns in [-1.3, -0.4, 0.4, 1.3] {
+        let mut bus = Bus::new([Config::of(model)]);
+        bus.set(xm430::OPERATING_MODE, 4);
+        bus.set(model.at(xm430::TORQUE_ENABLE), 1);
+        bus.set(model.at(xm430::GOAL_POSITION), (turns * f64::from(revolution)) as i32);
+        bus.pass(10_000_000);
+        let there = bus.get(model.at(xm430::PRESENT_POSITION));
+        let off = f64::from(there) / f64::from(revolution) - turns;
+        assert!(off.abs() < 0.05, "{there} for {turns} turns");
+        bus.reboot();
+        let within = bus.get(model.at(xm430::PRESENT_POSITION));
+        assert!(within.abs() <= revolution / 2, "{within} of {there}");
+        assert_eq!((there - within).rem_euclid(revolution), 0, "{within} of {there}");
+    }
+}
+
 #[test]
 fn what_a_model_does_not_have_is_refused() {
     let refusal = |number: u16, register: Register<i16>, value| {

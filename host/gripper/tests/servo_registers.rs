@@ -401,44 +401,6 @@ fn the_factorys_control_holds_by_its_error() {
 }
 
 #[test]
-fn every_mode_does_what_it_says() {
-    let mode = |bus: &mut Bus, mode: u8| {
-        bus.set(xm430::TORQUE_ENABLE, 0);
-        bus.set(xm430::OPERATING_MODE, mode);
-        bus.set(xm430::TORQUE_ENABLE, 1);
-        bus.pass(100_000);
-    };
-    let mut bus = Bus::new([firm()]);
-    // Velocity: it turns on and on.
-    mode(&mut bus, 1);
-    assert_eq!(bus.get(xm430::PRESENT_VELOCITY), 0);
-    bus.set(xm430::GOAL_VELOCITY, 100);
-    bus.pass(3_000_000);
-    near(bus.get(xm430::PRESENT_VELOCITY), 100, 1);
-    assert!(bus.get(xm430::PRESENT_POSITION) > 4096, "more than a revolution");
-    // PWM: half of the voltage, less what the friction takes.
-    mode(&mut bus, 16);
-    bus.set(xm430::GOAL_PWM, -442);
-    bus.pass(500_000);
-    let speed = FREE_SPEED * (442.0 / 885.0 - FRICTION / STALL_TORQUE) / SPEED_UNIT;
-    near(bus.get(xm430::PRESENT_VELOCITY), -speed.round() as i32, 1);
-    // Current: less than the friction does nothing, more turns it as fast as the voltage allows.
-    mode(&mut bus, 0);
-    bus.set(xm430::GOAL_CURRENT, 40);
-    bus.pass(500_000);
-    assert_eq!(bus.get(xm430::PRESENT_VELOCITY), 0);
-    assert_eq!(bus.get(xm430::PRESENT_CURRENT), 40);
-    bus.set(xm430::GOAL_CURRENT, 60);
-    bus.pass(500_000);
-    assert!(bus.get(xm430::PRESENT_VELOCITY) > 150);
-    // Several turns.
-    mode(&mut bus, 4);
-    bus.set(xm430::GOAL_POSITION, 9000);
-    bus.pass(5_000_000);
-    near(bus.get(xm430::PRESENT_POSITION), 9000, 1);
-}
-
-#[test]
 fn a_reversed_servo_counts_the_other_way_round() {
     let mut bus = Bus::new([Config { start_deg: Some(10.0), ..firm() }]);
     let before = bus.get(xm430::PRESENT_POSITION);

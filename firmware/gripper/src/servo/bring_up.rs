@@ -33,7 +33,7 @@ pub(crate) struct Found {
     pub(crate) gain: u16,
     /// Where it shuts down.
     pub(crate) bounds: Bounds,
-    /// What is not as it should be: it is not controlled, and nothing was written to it.
+    /// What is not as it should be: it is not controlled, and nothing but its mode was written to it.
     pub(crate) difference: Option<Difference>,
 }
 
@@ -155,8 +155,15 @@ impl<U: BusPort> Servos<U> {
             voltage: of(xm430::MIN_VOLTAGE_LIMIT, KEPT, &kept),
         };
         let watchdog = of(xm430::BUS_WATCHDOG, LIVE, &live);
+        let mut difference = differs(&setup, &wanted, torque, watchdog);
+        if difference.is_none() && !torque && setup.operating_mode != mode {
+            self.master.set(id, xm430::OPERATING_MODE, mode).await?;
+            // That has given the gains and the goals their defaults, and taken the position back to one revolution.
+            self.master.read(id, live_at, &mut live).await?;
+            setup.operating_mode = mode;
+        }
         let position = of(xm430::PRESENT_POSITION, LIVE, &live);
-        let difference = differs(&setup, &wanted, torque, watchdog).or_else(|| beyond(&setup, mode, position, torque));
+        difference = difference.or_else(|| beyond(&setup, mode, position, torque));
         if difference.is_some() {
             if watchdog < 0 {
                 // It holds where it stopped; cleared, it takes goals again, and is found so the next time.
@@ -172,12 +179,10 @@ impl<U: BusPort> Servos<U> {
         let mut delay: u8 = of(xm430::RETURN_DELAY_TIME, KEPT, &kept);
         if !torque {
             // Only what is otherwise is written: the EEPROM wears.
-            for (register, value) in [(xm430::RETURN_DELAY_TIME, 0), (xm430::OPERATING_MODE, mode)] {
-                if of(register, KEPT, &kept) != value {
-                    self.master.set(id, register, value).await?;
-                }
+            if delay != 0 {
+                self.master.set(id, xm430::RETURN_DELAY_TIME, 0).await?;
             }
-            (delay, setup.operating_mode) = (0, mode);
+            delay = 0;
             if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
                 && let Some(code) = model.baud_code(wanted)
                 && self.reaches(wanted, rates.look)

@@ -37,7 +37,13 @@ impl ControlTable for Table {
         Ok(())
     }
     fn write(&mut self, address: u16, bytes: &[u8]) -> Result<(), StatusError> {
+        let mode = self.memory[11];
         self.memory[usize::from(address)..][..bytes.len()].copy_from_slice(bytes);
+        if self.memory[11] != mode {
+            // The gain is the factory's again, and the position within its revolution.
+            [self.memory[84], self.memory[85]] = 800_u16.to_le_bytes();
+            self.memory[133] &= 0x0F;
+        }
         Ok(())
     }
 }
@@ -260,6 +266,23 @@ fn a_rate_that_the_board_does_not_have_is_left_alone() {
     let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
     let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, HOLDS)).unwrap();
     assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
+}
+
+/// A change of Operating Mode changes what was read before: gain, position, and with it whether its limits allow that.
+#[test]
+fn what_a_change_of_mode_resets_is_read_again() {
+    let mut wire = Wire::new([45, 45], true);
+    let memory = &mut wire.servos[0].1.memory;
+    // Several turns away, with another gain.
+    memory[11] = 4;
+    [memory[84], memory[85]] = 200_u16.to_le_bytes();
+    [memory[132], memory[133]] = 5000_u16.to_le_bytes();
+    let mut servos = Servos::new(wire, 2_000);
+    let rates = Rates { look: 1_000_000, wanted: None, bus: None };
+    let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, HOLDS)).unwrap();
+    assert_eq!((found.difference, found.goal, found.gain, found.setup.operating_mode), (None, 904, 800, 3));
+    let memory = &servos.port_mut().servos[0].1.memory;
+    assert_eq!((memory[64], i16::from_le_bytes([memory[116], memory[117]])), (1, 904));
 }
 
 /// A servo that is found with torque keeps its return delay, and all are waited for as long. Once it is found without, it answers at once, and

@@ -17,8 +17,8 @@ pub struct Registers {
     backup: Option<Vec<u8>>,
 }
 
-/// What Control Table Backup keeps of the RAM, by the XM430's addresses: gains, profile.
-const KEPT: [[u16; 2]; 2] = [[76, 92], [108, 116]];
+/// Gains and profile, by the XM430's addresses: what Control Table Backup keeps of the RAM.
+const CONTROL: [[u16; 2]; 2] = [[76, 92], [108, 116]];
 
 impl Registers {
     /// As a model comes from the factory; empty if its table is not known.
@@ -101,15 +101,29 @@ impl Registers {
         true
     }
 
-    /// What the copy has of the RAM, if there is one: gains, profile, indirect addresses.
-    pub fn restore_ram(&mut self) {
-        let Some(backup) = &self.backup else { return };
-        let kept = |item: &&Item| {
+    /// Gains and profile.
+    fn control(&self) -> impl Iterator<Item = &Item> {
+        self.items.iter().filter(|item| {
             let place = self.model.layout.canonical(item.address);
             item.area == Area::Ram
-                && place.is_some_and(|place| KEPT.iter().any(|[from, to]| (*from..*to).contains(&place)))
-        };
-        for item in self.items.iter().filter(kept) {
+                && place.is_some_and(|place| CONTROL.iter().any(|[from, to]| (*from..*to).contains(&place)))
+        })
+    }
+
+    /// Gains and profile are the factory's again.
+    pub fn restore_control(&mut self) {
+        let control: Vec<Item> = self.control().copied().collect();
+        for item in control {
+            let (from, length) = (usize::from(item.address), usize::from(item.length));
+            self.memory[from..from + length].copy_from_slice(&item.default.to_le_bytes()[..length]);
+        }
+    }
+
+    /// What the copy has of the RAM, if there is one: gains, profile, indirect addresses.
+    pub fn restore_ram(&mut self) {
+        let control: Vec<Item> = self.control().copied().collect();
+        let Some(backup) = &self.backup else { return };
+        for item in control {
             let range = usize::from(item.address)..usize::from(item.end());
             self.memory[range.clone()].copy_from_slice(&backup[range]);
         }

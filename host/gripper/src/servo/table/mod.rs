@@ -3,8 +3,8 @@
 mod time;
 
 use dynamixel::{
-    Area, Backup, ControlTable, Effort, Id, Item, Part, Register, ResetScope, StatusError, StatusReturn, Value, writes,
-    xm430,
+    Area, Backup, ControlTable, Effort, Id, Item, Layout, Part, Register, ResetScope, StatusError, StatusReturn, Value,
+    writes, xm430,
 };
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{RngCore, SeedableRng};
@@ -63,7 +63,7 @@ pub struct Table {
     pub(super) now_us: u64,
     /// Last instruction that touched the table, µs.
     touched_us: u64,
-    /// Counts by which Clear has moved the position: whole turns.
+    /// Counts by which the position was moved when its turns were dropped: whole revolutions.
     turns: f64,
     /// Reads of Present Position.
     pub(super) position_reads: u64,
@@ -123,12 +123,8 @@ impl Table {
     fn power_on(&mut self) {
         self.registers.restore(Area::Ram);
         self.put(xm430::BACKUP_READY, u8::from(self.registers.is_stored()));
-        self.put(xm430::GOAL_PWM, self.get(xm430::PWM_LIMIT) as i16);
-        self.put(xm430::GOAL_CURRENT, self.get(xm430::CURRENT_LIMIT) as i16);
-        self.put(xm430::GOAL_VELOCITY, 0);
-        self.put(xm430::POSITION_P_GAIN, self.gains.p);
-        self.put(xm430::POSITION_I_GAIN, self.gains.i);
-        self.put(xm430::POSITION_D_GAIN, self.gains.d);
+        self.reset_control();
+        self.drop_turns();
         if self.get(xm430::STARTUP_CONFIGURATION) & RESTORED_AT_START != 0 {
             self.registers.restore_ram();
         }
@@ -137,6 +133,28 @@ impl Table {
             self.put(xm430::TORQUE_ENABLE, 1);
         }
         self.refresh();
+    }
+
+    /// Gains, profile and goals are what they are after power-on. A change of Operating Mode resets them too (e-Manual, Operating Mode); that a
+    /// mode has no gains of its own is an assumption.
+    fn reset_control(&mut self) {
+        self.registers.restore_control();
+        self.put(xm430::GOAL_PWM, self.get(xm430::PWM_LIMIT) as i16);
+        self.put(xm430::GOAL_CURRENT, self.get(xm430::CURRENT_LIMIT) as i16);
+        self.put(xm430::GOAL_VELOCITY, 0);
+        self.put(xm430::POSITION_P_GAIN, self.gains.p);
+        self.put(xm430::POSITION_I_GAIN, self.gains.i);
+        self.put(xm430::POSITION_D_GAIN, self.gains.d);
+    }
+
+    /// The position is one within a revolution: from 0 on, or of the P series to both sides of 0. Homing Offset comes on top.
+    fn drop_turns(&mut self) {
+        let revolution = self.units.revolution;
+        let turned = self.turned(self.motor.position);
+        self.turns = match self.registers.model.layout {
+            Layout::X => (turned / revolution).floor(),
+            Layout::P => (turned / revolution).round(),
+        } * revolution;
     }
 
     /// Whether it has restarted since this was asked last.
@@ -164,14 +182,17 @@ impl Table {
     /// A position as the registers show it: a whole count. (The manual does not say about which one Reverse turns it: about the middle of the
     /// revolution is assumed.)
     fn shown(&self, position: f64) -> i32 {
-        let turned = if self.sign() < 0.0 { self.units.turned - position } else { position };
-        (turned + self.offset()).round() as i32
+        (self.turned(position) + self.offset()).round() as i32
+    }
+
+    /// A position in the direction in which the servo counts; the same function turns it back.
+    fn turned(&self, position: f64) -> f64 {
+        if self.sign() < 0.0 { self.units.turned - position } else { position }
     }
 
     /// The encoder's position of a register's.
     fn position_of(&self, shown: i32) -> f64 {
-        let turned = f64::from(shown) - self.offset();
-        if self.sign() < 0.0 { self.units.turned - turned } else { turned }
+        self.turned(f64::from(shown) - self.offset())
     }
 
     /// −1 if the servo counts the other way round.
@@ -245,11 +266,16 @@ impl Table {
         self.registers.model.layout.canonical(item.address)
     }
 
-    /// What a write does beyond being stored.
-    fn act(&mut self, address: u16, torque_before: bool) {
+    /// What a write does beyond being stored; before it, the torque was on or not, and Operating Mode was `mode_before`.
+    fn act(&mut self, address: u16, torque_before: bool, mode_before: u8) {
+        let mode = self.get(xm430::OPERATING_MODE);
         if address == xm430::TORQUE_ENABLE.address() {
             // Nothing jumps when the torque comes on: the goal is where the servo is.
             if self.torque_on() && !torque_before {
+                // The e-Manual's (Present Position): on torque in position control, on a change to that, and at power-on.
+                if mode == xm430::POSITION_CONTROL {
+                    self.drop_turns();
+                }
                 self.hold();
             }
         } else if address == xm430::GOAL_POSITION.address() {
@@ -265,6 +291,12 @@ impl Table {
         } else if [xm430::OPERATING_MODE.address(), xm430::HOMING_OFFSET.address(), xm430::DRIVE_MODE.address()]
             .contains(&address)
         {
+            if mode != mode_before {
+                self.reset_control();
+                if mode == xm430::POSITION_CONTROL {
+                    self.drop_turns();
+                }
+            }
             self.hold();
         }
     }
@@ -392,13 +424,13 @@ impl ControlTable for Table {
         self.touched_us = self.now_us;
         self.check(address, bytes)?;
         for stretch in self.registers.stretches(address, bytes)? {
-            let on = self.torque_on();
+            let (on, mode) = (self.torque_on(), self.get(xm430::OPERATING_MODE));
             self.registers.write(&stretch);
             if let Stretch::Items(address, bytes) = &stretch {
                 let end = address + bytes.len() as u16;
                 let written = self.registers.items().iter().filter(|item| (*address..end).contains(&item.address));
                 let written: Vec<u16> = written.filter_map(|item| self.canonical(item)).collect();
-                written.into_iter().for_each(|address| self.act(address, on));
+                written.into_iter().for_each(|address| self.act(address, on, mode));
             }
         }
         Ok(())
@@ -422,7 +454,6 @@ impl ControlTable for Table {
     }
 
     fn reboot(&mut self) -> Result<(), StatusError> {
-        self.turns = 0.0;
         self.power_on();
         self.has_restarted = true;
         Ok(())
@@ -447,8 +478,7 @@ impl ControlTable for Table {
         if self.torque_on() && self.since_us() < self.profile.duration() {
             return Err(StatusError::ResultFail);
         }
-        let revolution = self.units.revolution;
-        self.turns = (self.motor.position / revolution).floor() * revolution;
+        self.drop_turns();
         self.hold();
         Ok(())
     }
