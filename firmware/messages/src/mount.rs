@@ -21,6 +21,13 @@ impl Mount {
         }
     }
 
+    /// The motor angles of the servo's first and last count within its revolution, the smaller one first, rad.
+    pub(crate) fn revolution(&self) -> [f32; 2] {
+        let gear = Calibration::new(&self.gear());
+        let [one, other] = [0, COUNTS_PER_REVOLUTION as i32 - 1].map(|position| gear.angle(position) as f32);
+        [one.min(other), one.max(other)]
+    }
+
     /// What no motion of the finger exceeds.
     pub fn limits(&self) -> Limits {
         Limits {

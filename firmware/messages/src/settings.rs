@@ -57,7 +57,8 @@ pub struct Mount {
     /// current at stall.
     pub current_limit: f32,
     /// Whether the servo itself limits its current, too: by current-based position control with a Goal Current from `force_limit` and
-    /// `current_limit`. It is chosen when the servo is commissioned.
+    /// `current_limit`. It is chosen when the servo is commissioned, and allows a `range` within one revolution of the servo (counts 0 to
+    /// 4095).
     #[serde(default)]
     pub current_fence: bool,
     /// How the motor moves the finger's base: it turns it, or it moves it along a line (parallel jaws). Everything above is of the
@@ -109,6 +110,12 @@ impl Mount {
         checks.into_iter().try_for_each(|(field, value, min, max)| field.check(value, min, max))?;
         if self.servo.is_some_and(|servo| servo.is_fenced() != self.current_fence) {
             return Err(Refusal::Fence);
+        }
+        if self.current_fence {
+            // In that mode the servo counts several turns, and forgets them with its power: a finger out there would be elsewhere then.
+            let [first, last] = self.revolution();
+            SettingsField::RangeLow.check(self.range[0], first, last)?;
+            SettingsField::RangeHigh.check(self.range[1], first, last)?;
         }
         self.drive.validate().map_err(|error| Refusal::Drive(Refusal::text(&error)))?;
         // A table says nothing beyond its ends.

@@ -273,7 +273,7 @@ fn a_fence_that_a_servo_does_not_have_is_named() {
     for (model, config, mount) in models().filter(|(model, ..)| !model.limits_current()) {
         let mut bench = Bench::new(config, &Flash::new());
         let heard = overhear(&mut bench);
-        let (field, words) = refused_with(&mut bench, Mount { current_fence: true, ..mount });
+        let (field, words) = refused_with(&mut bench, Mount { current_fence: true, zero: 2048.0, ..mount });
         assert_eq!(field, ServoField::GoalCurrent, "{}", model.name);
         assert!(
             words.ends_with("no current-based position control (Operating Mode 5), which current_fence needs"),
