@@ -12,11 +12,11 @@ use dynamixel::{Model, Seen};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Instant, Timer};
 use grip::Health;
-use messages::{Direction, Event, For, Object, Role};
+use messages::{Event, For, Object};
 
 use crate::board::{Board, BusPort};
 use crate::bus::{Bus, HeldEars, Job};
-use crate::device_table::{BusSettings, Change, FingerSettings, FingerState};
+use crate::device_table::{Change, FingerSettings, FingerState, put_circle};
 use crate::ears::{Ears, Sight, Voice, age_us};
 use crate::servo::Reading;
 use crate::setup::Key;
@@ -125,9 +125,7 @@ impl<B: Board> Core<'_, B> {
         let objects = self.hand.shared.setup(|setup| setup.objects);
         for (finger, (mount, object)) in self.hand.settings.fingers.iter().zip(&objects).enumerate() {
             if let Some(mount) = mount {
-                let reversed = mount.direction == Direction::Reversed;
-                let (servo_id, gear_ratio, zero) = (mount.servo_id, mount.gear_ratio, mount.zero);
-                voice.table.set_finger(finger, &FingerSettings { servo_id, reversed, gear_ratio, zero });
+                voice.table.set_finger(finger, &FingerSettings::of(mount));
             }
             voice.table.set_object(finger, object.as_ref().map(|object| &object.design));
         }
@@ -202,23 +200,19 @@ impl<B: Board> Core<'_, B> {
                 self.restart = true;
                 return;
             }
-            Change::Bus(BusSettings { id, baud_rate, return_delay }) => {
-                settings.role = Role::Device { id: id.get(), return_delay };
-                settings.baud = Some(baud_rate);
+            Change::Bus(bus) => {
+                bus.put_into(&mut settings);
                 (Command::Settings(settings), Key::Settings)
             }
-            Change::Finger(finger, FingerSettings { servo_id, reversed, gear_ratio, zero }) => {
-                let direction = if reversed { Direction::Reversed } else { Direction::Same };
+            Change::Finger(finger, changed) => {
                 if let Some(Some(mount)) = settings.fingers.get_mut(finger) {
-                    // A zero that was set is of no calibration any more.
-                    let is_calibrated = zero == mount.zero && direction == mount.direction;
-                    let calibration = if is_calibrated { mount.calibration } else { 0 };
-                    *mount = messages::Mount { servo_id, direction, gear_ratio, zero, calibration, ..*mount };
+                    changed.put_into(mount);
                 }
                 (Command::Settings(settings), Key::Settings)
             }
             Change::Object(finger, design) => {
                 let object = self.hand.shared.setup(|setup| setup.objects.get(finger).copied().flatten());
+                let design = put_circle(design, object.as_ref().map(|object| &object.design));
                 // The table has no register for friction: it stays.
                 let what = Object { design, friction: object.map_or(0.0, |object| object.friction) };
                 (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))

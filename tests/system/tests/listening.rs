@@ -6,7 +6,8 @@ use std::rc::Rc;
 use dynamixel::{Id, Instruction, Register, Value, xm430};
 use fre_gripper::servo::Config;
 use gripper::device_table::{FINGERS, FIRST_BLOCK, FingerBlock, ID, MARGIN, MARGIN_KNOWN, STATUS_RETURN_LEVEL};
-use messages::{For, GetSettings, Mount, Object, Role, SetFinger, SetObject, SetSettings, Settings, Side};
+use messages::{For, GetObject, GetSettings, Mount, Object, Role, SetFinger, SetObject, SetSettings, Settings, Side};
+use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo};
 
@@ -162,6 +163,49 @@ fn a_zero_from_the_bus_is_of_no_calibration() {
     assert_eq!(listener.write(block.zero, 205_000), Some(0));
     listener.bench.run(2 * TICK);
     assert_eq!((kept(&mut listener).calibration, kept(&mut listener).zero), (0, 2050.0));
+}
+
+/// The table has fewer digits than the settings: what was not written keeps its own, and its calibration.
+#[test]
+fn a_register_changes_nothing_but_what_it_is_of() {
+    let mut listener = Listener::new(1);
+    let fine = Mount { calibration: 77, zero: 2050.123, gear_ratio: 1.000_4, ..GEARED_MOUNT };
+    let mut before = Settings { baud: None, ..settings(1) };
+    before.fingers[0] = Some(fine);
+    // That is the rate at which a gripper listens to which none was given, too.
+    assert_eq!((before.baud_heard(), settings(1).baud_heard()), (1_000_000, 1_000_000));
+    listener.set(&before);
+    let block = FingerBlock::of(0);
+    let kept = |listener: &mut Listener| {
+        listener.bench.run(2 * TICK);
+        listener.bench.ask::<GetSettings>(&())
+    };
+    let with = |mount: Mount| Settings { fingers: [Some(mount), None, None, None], ..before };
+    assert_eq!(listener.write(block.servo_id, 3), Some(0));
+    assert_eq!(kept(&mut listener), with(Mount { servo_id: 3, ..fine }));
+    assert_eq!(listener.write(block.servo_id, 1), Some(0));
+    // A number that is what it shows is as it was.
+    assert_eq!((listener.write(block.zero, 205_012), listener.write(block.gear_ratio, 1_000)), (Some(0), Some(0)));
+    assert_eq!(kept(&mut listener), before);
+    assert_eq!(listener.write(block.gear_ratio, 2_000), Some(0));
+    assert_eq!(kept(&mut listener), with(Mount { gear_ratio: 2.0, ..fine }));
+    assert_eq!(listener.write(block.zero, 205_013), Some(0));
+    assert_eq!(kept(&mut listener), with(Mount { gear_ratio: 2.0, zero: 2050.13, calibration: 0, ..fine }));
+    let id = GRIPPER + 1;
+    assert_eq!(listener.write(ID, id), Some(0));
+    listener.id = id;
+    let role = Role::Device { id, return_delay: 0 };
+    let last = Mount { gear_ratio: 2.0, zero: 2050.13, calibration: 0, ..fine };
+    assert_eq!(kept(&mut listener), Settings { role, ..with(last) });
+    // Of an object likewise.
+    let ObjectDesign::Circle { radius, .. } = OBJECT else { panic!("a circle") };
+    let object = Object { design: ObjectDesign::Circle { centre: [41.000_2, 45.000_3], radius }, friction: 0.6 };
+    listener.bench.ask::<SetObject>(&For { finger: 0, what: object }).unwrap();
+    listener.bench.run(2 * TICK);
+    assert_eq!(listener.write(block.object_radius, 39_500), Some(0));
+    listener.bench.run(2 * TICK);
+    let design = ObjectDesign::Circle { centre: [41.000_2, 45.000_3], radius: 39.5 };
+    assert_eq!(listener.bench.ask::<GetObject>(&0), Some(Object { design, ..object }));
 }
 
 /// A slow gripper calls numbers old when they are, not when its period ends.

@@ -14,12 +14,17 @@ pub use registers::{
 };
 
 use dynamixel::{ControlTable, Id, Item, Register, StatusError, StatusReturn, Value, check_read, writes, xm430};
-use messages::{GripMargin, Role, Settings};
+use messages::{Direction, GripMargin, Mount, Role, Settings};
 use model_core::estimator::Estimate;
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 
 use crate::return_delay;
+
+/// Units of the registers per unit of the settings: thousandths of a gear ratio, hundredths of a count, µm.
+const GEAR_SCALE: f32 = 1e3;
+const ZERO_SCALE: f32 = 1e2;
+const OBJECT_SCALE: f32 = 1e3;
 
 /// Age up to which a position counts though no newer one was heard, µs.
 pub(crate) const YOUNG_US: u64 = 100_000;
@@ -63,12 +68,39 @@ pub struct BusSettings {
     pub return_delay: u8,
 }
 
+impl FingerSettings {
+    /// Those of a mount.
+    pub(crate) fn of(mount: &Mount) -> Self {
+        let &Mount { servo_id, direction, gear_ratio, zero, .. } = mount;
+        Self { servo_id, reversed: direction == Direction::Reversed, gear_ratio, zero }
+    }
+
+    /// Changes of a mount what was changed in the table: a number that still shows as it did keeps the digits that the table does not have.
+    pub(crate) fn put_into(&self, mount: &mut Mount) {
+        let direction = if self.reversed { Direction::Reversed } else { Direction::Same };
+        let gear_ratio = changed(self.gear_ratio, mount.gear_ratio, GEAR_SCALE);
+        let zero = changed(self.zero, mount.zero, ZERO_SCALE);
+        // A zero that was set is of no calibration any more.
+        let is_calibrated = zero == mount.zero && direction == mount.direction;
+        let calibration = if is_calibrated { mount.calibration } else { 0 };
+        *mount = Mount { servo_id: self.servo_id, direction, gear_ratio, zero, calibration, ..*mount };
+    }
+}
+
 impl BusSettings {
     /// Those of a gripper in role `device`; nothing in any other.
     pub fn of(settings: &Settings) -> Option<Self> {
         let Role::Device { id, return_delay } = settings.role else { return None };
         let id = Id::new(id).unwrap_or(Id::MAX);
         Some(Self { id, baud_rate: settings.baud_heard(), return_delay })
+    }
+
+    /// Changes of the settings what was changed in the table: a rate that was not chosen stays so.
+    pub(crate) fn put_into(&self, settings: &mut Settings) {
+        settings.role = Role::Device { id: self.id.get(), return_delay: self.return_delay };
+        if self.baud_rate != settings.baud_heard() {
+            settings.baud = Some(self.baud_rate);
+        }
     }
 }
 
@@ -192,8 +224,8 @@ impl DeviceTable {
         };
         self.put(block.servo_id, settings.servo_id);
         self.put(block.reversed, u8::from(settings.reversed));
-        self.put(block.gear_ratio, scaled(settings.gear_ratio, 1e3) as u32);
-        self.put(block.zero, scaled(settings.zero, 1e2));
+        self.put(block.gear_ratio, scaled(settings.gear_ratio, GEAR_SCALE) as u32);
+        self.put(block.zero, scaled(settings.zero, ZERO_SCALE));
     }
 
     /// Shows what a finger grasps.
@@ -205,9 +237,9 @@ impl DeviceTable {
             Some(&ObjectDesign::Circle { centre, radius }) => {
                 self.put(block.object_shape, 1);
                 for (register, value) in block.object_centre.into_iter().zip(centre) {
-                    self.put(register, scaled(value as f32, 1e3));
+                    self.put(register, scaled(value as f32, OBJECT_SCALE));
                 }
-                self.put(block.object_radius, scaled(radius as f32, 1e3) as u32);
+                self.put(block.object_radius, scaled(radius as f32, OBJECT_SCALE) as u32);
             }
             Some(_) => self.put(block.object_shape, 2),
             None => self.put(block.object_shape, 0),
@@ -230,8 +262,8 @@ impl DeviceTable {
             let settings = FingerSettings {
                 servo_id: self.get(block.servo_id),
                 reversed: self.get(block.reversed) != 0,
-                gear_ratio: self.get(block.gear_ratio) as f32 / 1e3,
-                zero: self.get(block.zero) as f32 / 1e2,
+                gear_ratio: self.get(block.gear_ratio) as f32 / GEAR_SCALE,
+                zero: self.get(block.zero) as f32 / ZERO_SCALE,
             };
             return Some(Change::Finger(finger, settings));
         }
@@ -377,6 +409,28 @@ fn circle(block: &FingerBlock, number: impl Fn(Item) -> i64) -> ObjectDesign {
         centre: [millimetres(x.item), millimetres(y.item)],
         radius: millimetres(block.object_radius.item),
     }
+}
+
+/// What a circle of the table makes of an object: of one that was a circle, what still shows as it did keeps its digits.
+pub(crate) fn put_circle(table: ObjectDesign, object: Option<&ObjectDesign>) -> ObjectDesign {
+    let (
+        ObjectDesign::Circle { centre: [x, y], radius },
+        Some(&ObjectDesign::Circle { centre: [u, v], radius: other }),
+    ) = (&table, object)
+    else {
+        return table;
+    };
+    let [x, y, radius] = [(*x, u), (*y, v), (*radius, other)].map(|(now, before)| {
+        // The table's numbers are whole µm of single precision.
+        let is_same = scaled(now as f32, OBJECT_SCALE) == scaled(before as f32, OBJECT_SCALE);
+        if is_same { before } else { now }
+    });
+    ObjectDesign::Circle { centre: [x, y], radius }
+}
+
+/// A number of the table: the one before, if the table shows that so.
+fn changed(now: f32, before: f32, scale: f32) -> f32 {
+    if now == scaled(before, scale) as f32 / scale { before } else { now }
 }
 
 /// The lowest bit that is set, which is cleared.
