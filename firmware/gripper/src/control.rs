@@ -41,6 +41,8 @@ pub async fn control<'a, B: Board>(
     loop {
         core.begin().await;
         feed::<B>(shared, &mut watchdog);
+        // Also of a gripper that no longer listens.
+        core.keep_next();
         if core.is_asking && core.scheduler.is_behind {
             // What was answered meanwhile is older than a period: it is asked anew.
             core.meanwhile(bus.answered()).await;

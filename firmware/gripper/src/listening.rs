@@ -10,7 +10,7 @@
 
 use dynamixel::{Model, Seen};
 use embassy_futures::select::{Either, select};
-use embassy_time::{Instant, Timer};
+use embassy_time::{Duration, Instant, Timer};
 use grip::Health;
 use messages::{Event, For, Object};
 
@@ -22,6 +22,9 @@ use crate::servo::Reading;
 use crate::setup::Key;
 use crate::shared::{Command, now_us};
 use crate::ticks::Core;
+
+/// How long an object that the master has set rests before it is written to flash.
+const REST: Duration = Duration::from_secs(5);
 
 /// One period of a gripper that listens.
 pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) {
@@ -58,7 +61,6 @@ pub(crate) async fn listen<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) 
     }
     core.finish();
     show(core, bus).await;
-    core.keep_next();
 }
 
 /// Another role than those that listen.
@@ -215,6 +217,7 @@ impl<B: Board> Core<'_, B> {
                 let design = put_circle(design, object.as_ref().map(|object| &object.design));
                 // The table has no register for friction: it stays.
                 let what = Object { design, friction: object.map_or(0.0, |object| object.friction) };
+                self.placed = Instant::now();
                 (Command::Object(For { finger: finger as u8, what }), Key::Object(finger as u8))
             }
         };
@@ -229,11 +232,15 @@ impl<B: Board> Core<'_, B> {
         }
     }
 
-    /// Has one thing that the master has set written to flash; restarts, if it wants that, when all of them are.
-    fn keep_next(&mut self) {
-        if let Some(&key) = self.unkept.first() {
-            if self.hand.shared.keep_soon(key) {
-                self.unkept.remove(0);
+    /// Has one thing that the master has set written to flash; restarts, if it wants that, when all of them are. An object is written once it
+    /// rests: a master may set one number after the other, or follow an object that moves.
+    #[inline(never)]
+    pub(crate) fn keep_next(&mut self) {
+        let rests = self.restart || Instant::now().saturating_duration_since(self.placed) >= REST;
+        let is_due = |key: &Key| rests || !matches!(key, Key::Object(_));
+        if let Some(place) = self.unkept.iter().position(is_due) {
+            if self.unkept.get(place).is_some_and(|key| self.hand.shared.keep_soon(*key)) {
+                self.unkept.remove(place);
             }
         } else if self.restart && self.hand.shared.is_all_kept() {
             B::restart("");

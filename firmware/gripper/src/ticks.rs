@@ -40,6 +40,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) waiting: Option<Order>,
     /// What the bus's master has set and the flash has not got yet.
     pub(crate) unkept: Vec<Key, UNKEPT>,
+    /// When it last set an object.
+    pub(crate) placed: Instant,
     /// The bus's master wants a restart.
     pub(crate) restart: bool,
     board: PhantomData<B>,
@@ -75,6 +77,7 @@ impl<'a, B: Board> Core<'a, B> {
             is_busy: false,
             waiting: None,
             unkept: Vec::new(),
+            placed: Instant::MIN,
             restart: false,
             board: PhantomData,
         }

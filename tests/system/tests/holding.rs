@@ -213,6 +213,7 @@ fn a_servo_that_is_gone_opens_no_other_finger() {
     // The third one is not there.
     (settings.fingers[1], settings.fingers[2]) = (mount(2), mount(9));
     set_up(&mut bench, &settings, OBJECT);
+    bench.run(3 * SECOND);
     bench.ask::<SetFinger>(&For { finger: 1, what: finger() }).unwrap();
     bench.ask::<SetObject>(&For { finger: 1, what: OBJECT.into() }).unwrap();
     for fingers in [Which::One(0), Which::One(1)] {

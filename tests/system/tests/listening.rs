@@ -6,7 +6,9 @@ use std::rc::Rc;
 use dynamixel::{Id, Instruction, Register, Value, xm430};
 use fre_gripper::servo::Config;
 use gripper::device_table::{FINGERS, FIRST_BLOCK, FingerBlock, ID, MARGIN, MARGIN_KNOWN, STATUS_RETURN_LEVEL};
-use messages::{For, GetObject, GetSettings, Mount, Object, Role, SetFinger, SetObject, SetSettings, Settings, Side};
+use messages::{
+    For, GetCounters, GetObject, GetSettings, Mount, Object, Role, SetFinger, SetObject, SetSettings, Settings, Side,
+};
 use model_core::object::ObjectDesign;
 use model_core::status::Status;
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo};
@@ -26,8 +28,12 @@ struct Listener {
 
 impl Listener {
     fn new(fingers: usize) -> Self {
+        Self::on(fingers, &Flash::new())
+    }
+
+    fn on(fingers: usize, flash: &Flash) -> Self {
         let servo = |id| Config { id, ..geared_servo() };
-        let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+        let mut bench = Bench::of(servo(1), vec![servo(2)], flash);
         let said = Rc::new(RefCell::new(Vec::new()));
         let heard = said.clone();
         bench.meddling = Box::new(move |from_gripper, bytes| {
@@ -206,6 +212,40 @@ fn a_register_changes_nothing_but_what_it_is_of() {
     listener.bench.run(2 * TICK);
     let design = ObjectDesign::Circle { centre: [41.000_2, 45.000_3], radius: 39.5 };
     assert_eq!(listener.bench.ask::<GetObject>(&0), Some(Object { design, ..object }));
+}
+
+/// An object that the master sets counts at once, and is stored when it rests: not in the middle of a sequence of writes, and not for every
+/// place of an object that moves. A restart that is asked for, or another role, does not cost it.
+#[test]
+fn an_object_is_stored_once_it_rests() {
+    let flash = Flash::new();
+    let mut listener = Listener::on(1, &flash);
+    let block = FingerBlock::of(0);
+    let [x, _] = block.object_centre;
+    let writes = |listener: &mut Listener| listener.bench.ask::<GetCounters>(&()).flash_writes;
+    let before = writes(&mut listener);
+    for step in 0..20 {
+        assert_eq!(listener.write(x, 42_000 + step), Some(0));
+        listener.bench.run(SECOND / 2);
+    }
+    let set = listener.bench.ask::<GetObject>(&0);
+    assert_ne!(set, Some(Object { design: OBJECT, friction: 0.6 }));
+    listener.bench.run(4 * SECOND);
+    assert_eq!(writes(&mut listener), before, "it moves, or has just moved");
+    // Meanwhile the gripper listens no more.
+    listener.set(&Settings { role: Role::Idle, ..settings(1) });
+    let idle = writes(&mut listener);
+    listener.bench.run(2 * SECOND);
+    assert_eq!(writes(&mut listener), idle + 1);
+    listener.bench.restart(&flash);
+    listener.bench.run(SECOND / 10);
+    assert_eq!(listener.bench.ask::<GetObject>(&0), set);
+    // A setting is stored at once.
+    listener.set(&settings(1));
+    let before = writes(&mut listener);
+    assert_eq!(listener.write(block.gear_ratio, 2_000), Some(0));
+    listener.bench.run(SECOND / 10);
+    assert_eq!(writes(&mut listener), before + 1);
 }
 
 /// A slow gripper calls numbers old when they are, not when its period ends.
