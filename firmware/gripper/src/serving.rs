@@ -3,7 +3,7 @@
 use core::task::Poll;
 
 use embassy_futures::poll_once;
-use embassy_futures::select::{Either4, select4};
+use embassy_futures::select::{Either, Either4, select, select4};
 use embassy_time::{Instant, Timer};
 use embedded_io_async::{Read, Write};
 
@@ -140,7 +140,8 @@ async fn say<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus, sa
     if said.delay_us > 0 {
         // From the end of the question on.
         let ticks = port.heard_ticks().map_or(0, |heard| B::cost_ticks().wrapping_sub(heard));
-        Timer::after_micros(u64::from(said.delay_us).saturating_sub(microseconds::<B>(ticks))).await;
+        let wait_us = u64::from(said.delay_us).saturating_sub(microseconds::<B>(ticks));
+        listen_for(wait_us, shared, bus, port).await;
     }
     if !(write_all(port, &said.bytes).await && port.flush().await.is_ok()) {
         shared.add(|counters| &mut counters.bus_other);
@@ -148,6 +149,24 @@ async fn say<B: Board>(shared: &Shared, bus: &Bus<B::Bus>, port: &mut B::Bus, sa
     drop(asking);
     if let Some(ears) = &mut *bus.ears().await {
         ears.hear_own(&said.bytes);
+    }
+}
+
+/// Hears others for so many µs. Behind a broadcast Ping that may be most of a second, in which a master that does not wait as long reads
+/// positions: kept in the port, they would be heard behind the answer, and count as new then.
+async fn listen_for<U: BusPort>(us: u64, shared: &Shared, bus: &Bus<U>, port: &mut U) {
+    let mut chunk = [0; CHUNK];
+    let mut until = Timer::after_micros(us);
+    while let Either::Second(heard) = select(&mut until, port.read(&mut chunk)).await {
+        let Ok(count) = heard else {
+            shared.add(|counters| &mut counters.bus_other);
+            return until.await;
+        };
+        let heard = chunk.get(..count).unwrap_or_default();
+        if let Some(ears) = &mut *bus.ears().await {
+            ears.overhear(shared, now_us(), heard, port.heard_ticks());
+        }
+        bus.has_heard();
     }
 }
 
@@ -303,5 +322,43 @@ mod tests {
         assert!(hearing.as_mut().poll(polled).is_pending());
         assert_eq!(seen().map(|seen| seen.value), Some(1001));
         assert_eq!(wire.said.borrow().len(), 14, "an answer to a ping");
+    }
+
+    /// An answer to a broadcast Ping comes as late as the address is high. What others say until then is heard when they say it.
+    #[test]
+    fn positions_are_heard_while_a_broadcast_ping_waits_for_its_answer() {
+        let (servo, own) = (Id::new(1).unwrap(), Id::new(100).unwrap());
+        let wire: &'static Wire = std::boxed::Box::leak(std::boxed::Box::default());
+        let (shared, bus) = (Shared::new(), Bus::<&'static Wire>::new(wire, Nothing::BUS_LATENCY_US));
+        let settings = Settings { role: Role::Device { id: own.get(), return_delay: 0 }, ..Settings::DEFAULT };
+        block_on(async {
+            let ears = &mut *bus.ears().await;
+            Ears::open::<Nothing>(ears, &settings, 1_000_000);
+            ears.as_mut().unwrap().watch(servo, Model::XM430);
+        });
+        let (mut port, polled) = (wire, &mut Context::from_waker(Waker::noop()));
+        let mut hearing = pin!(hear::<Nothing>(&shared, &bus, &mut port));
+        let mut say = |packets: &[(Id, Instruction, &[u8])]| {
+            for (id, instruction, parameters) in packets {
+                let mut buffer = [0; 64];
+                wire.waiting.borrow_mut().extend(encode(&mut buffer, *id, *instruction, parameters).unwrap());
+            }
+            assert!(hearing.as_mut().poll(polled).is_pending());
+        };
+        say(&[(Id::BROADCAST, Instruction::Ping, &[])]);
+        MockDriver::get().advance(Duration::from_millis(20));
+        // The clock is every test's: a question and its answer at once, and bounds of their time.
+        let before_us = now_us();
+        say(&[(servo, Instruction::Read, &[132, 0, 4, 0]), (servo, Instruction::Status, &[0, 0xE8, 3, 0, 0])]);
+        let after_us = now_us();
+        MockDriver::get().advance(Duration::from_millis(300));
+        assert!(hearing.as_mut().poll(polled).is_pending());
+        assert_eq!(wire.said.borrow().len(), 14, "an answer to a ping");
+        let seen = block_on(bus.ears()).as_ref().unwrap().sight(servo).and_then(|sight| sight.position);
+        let seen = seen.expect("a position");
+        assert!(
+            seen.value == 1000 && (before_us..=after_us).contains(&seen.at_us),
+            "{seen:?} in {before_us}..{after_us}"
+        );
     }
 }
