@@ -15,9 +15,9 @@ const KEPT_BYTES: usize = (xm430::STARTUP_CONFIGURATION.address() + 1 - KEPT) as
 const LIVE: u16 = xm430::TORQUE_ENABLE.address();
 const LIVE_BYTES: usize = (xm430::POSITION_TRAJECTORY.address() + 4 - LIVE) as usize;
 
-/// Garbled answers in a row, each beside a sound one to a ping, that are not the bus's noise: with bit errors of 1e-3 a short answer is
-/// damaged once in nine times.
-const GARBLED: u32 = 5;
+/// Answers in a row that are garbled, or do not come, each beside a sound one to a ping, that are not the bus's noise: with bit errors of
+/// 1e-3 a short answer is damaged once in nine times.
+const NOT_NOISE: u32 = 5;
 
 /// A servo that was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,6 +68,10 @@ impl Wanted {
         }
     }
 }
+
+/// How a servo that answers pings answers reads: not at all, as with Status Return Level 0, or garbled, as two of one address do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Silent(bool);
 
 impl<U: BusPort> Servos<U> {
     /// Looks for a finger's servo at one rate, makes it answer at once and, if it is to have torque, hold its position.
@@ -129,13 +133,14 @@ impl<U: BusPort> Servos<U> {
         let mut live = [0; LIVE_BYTES];
         let level = match self.master.read(id, live_at, &mut live).await {
             Ok(_) => of(xm430::STATUS_RETURN_LEVEL, LIVE, &live),
-            // It answers nothing but pings.
-            Err(dynamixel::Error::Timeout { .. }) => 0,
-            Err(_) if self.is_garbled(id, model).await => {
-                let address = i32::from(id.get());
-                return Ok(unread(ServoField::Id, address, address));
-            }
-            Err(error) => return Err(error),
+            Err(error) => match self.answers_pings_only(id, model).await {
+                Some(Silent(true)) => 0,
+                Some(Silent(false)) => {
+                    let address = i32::from(id.get());
+                    return Ok(unread(ServoField::Id, address, address));
+                }
+                None => return Err(error),
+            },
         };
         if level != 2 {
             // The servo forgets this with its power, and without it nothing could be verified: it is found so the next time.
@@ -218,19 +223,21 @@ impl<U: BusPort> Servos<U> {
         Ok(Found { setup, firmware, baud, goal, gain, bounds, difference: None })
     }
 
-    /// Whether an address answers pings soundly and never a short read that differs from servo to servo: two of them answer at once.
-    async fn is_garbled(&mut self, id: Id, model: &Model) -> bool {
-        for _ in 0..GARBLED {
+    /// Whether an address answers pings soundly and never a short read that differs from servo to servo, and if so, how.
+    async fn answers_pings_only(&mut self, id: Id, model: &Model) -> Option<Silent> {
+        let mut all = None;
+        for _ in 0..NOT_NOISE {
             let mut position = [0; 4];
-            let garbled = match self.master.read(id, model.at(xm430::PRESENT_POSITION).address(), &mut position).await {
-                Ok(_) | Err(dynamixel::Error::Timeout { .. } | dynamixel::Error::Port(_)) => false,
-                Err(_) => self.master.ping(id).await.is_ok(),
-            };
-            if !garbled {
-                return false;
+            let answer = self.master.read(id, model.at(xm430::PRESENT_POSITION).address(), &mut position).await;
+            let silent = Silent(match answer {
+                Ok(_) | Err(dynamixel::Error::Port(_)) => return None,
+                Err(error) => matches!(error, dynamixel::Error::Timeout { .. }),
+            });
+            if all.replace(silent).is_some_and(|before| before != silent) || self.master.ping(id).await.is_err() {
+                return None;
             }
         }
-        true
+        all
     }
 
     /// Writes without waiting for an answer, which may not come.

@@ -32,6 +32,9 @@ impl ControlTable for Table {
     fn fast_reads(&self) -> bool {
         self.knows
     }
+    fn status_return(&self) -> StatusReturn {
+        StatusReturn::from_value(self.memory[68]).unwrap()
+    }
     fn read(&mut self, address: u16, bytes: &mut [u8]) -> Result<(), StatusError> {
         bytes.copy_from_slice(&self.memory[usize::from(address)..][..bytes.len()]);
         Ok(())
@@ -56,6 +59,9 @@ struct Wire {
     baud: u32,
     /// How many common writes noise will damage.
     noisy: u8,
+    /// Which answers are lost, counted from 0.
+    lost: std::vec::Vec<u32>,
+    answers: u32,
 }
 
 impl Wire {
@@ -70,7 +76,15 @@ impl Wire {
             (Device::new(Timing::at(1_000_000)), Table { memory, knows })
         };
         let servos = [servo(1, firmware[0]), servo(2, firmware[1])];
-        Self { servos, inbox: VecDeque::new(), asked: Vec::new(), baud: 1_000_000, noisy: 0 }
+        Self {
+            servos,
+            inbox: VecDeque::new(),
+            asked: Vec::new(),
+            baud: 1_000_000,
+            noisy: 0,
+            lost: std::vec::Vec::new(),
+            answers: 0,
+        }
     }
 }
 
@@ -104,6 +118,10 @@ impl Write for Wire {
                 }
                 let mut rest = words.as_slice();
                 while let Some(reply) = device.hear(0, &mut rest, table) {
+                    self.answers += 1;
+                    if self.lost.contains(&(self.answers - 1)) {
+                        continue;
+                    }
                     self.inbox.extend(reply.bytes);
                     spoken.push_back((Some(index), reply.bytes.to_vec()));
                 }
@@ -266,6 +284,31 @@ fn a_rate_that_the_board_does_not_have_is_left_alone() {
     let rates = Rates { look: 1_000_000, wanted: Some(4_000_000), bus: None };
     let found = wait_for(servos.bring_up(0, Id::new(1).unwrap(), rates, HOLDS)).unwrap();
     assert_eq!((found.baud, servos.port_mut().servos[0].1.memory[8]), (1_000_000, 3));
+}
+
+/// A lost answer to the first read is noise. Only a servo that never answers reads, beside sound answers to pings, is set to answer them.
+#[test]
+fn one_lost_answer_is_no_status_return_level() {
+    let rates = Rates { look: 1_000_000, wanted: None, bus: None };
+    let id = Id::new(1).unwrap();
+    let mut wire = Wire::new([45, 45], true);
+    // The answer to the ping comes.
+    wire.lost = std::vec![1];
+    let mut servos = Servos::new(wire, 2_000);
+    assert!(wait_for(servos.bring_up(0, id, rates, HOLDS)).is_err());
+    let writes = |servos: &mut Servos<Wire>| servos.port_mut().asked.contains(&Instruction::Write.code());
+    assert!(!writes(&mut servos));
+    assert_eq!(wait_for(servos.bring_up(0, id, rates, HOLDS)).unwrap().difference, None);
+    // All of them but those to pings.
+    let mut wire = Wire::new([45, 45], true);
+    wire.servos[0].1.memory[68] = 0;
+    let mut servos = Servos::new(wire, 2_000);
+    let difference = wait_for(servos.bring_up(0, id, rates, HOLDS)).unwrap().difference.map(|found| found.field);
+    assert_eq!(
+        (difference, servos.port_mut().servos[0].1.memory[68]),
+        (Some(messages::ServoField::StatusReturnLevel), 2)
+    );
+    assert_eq!(wait_for(servos.bring_up(0, id, rates, HOLDS)).unwrap().difference, None);
 }
 
 /// A change of Operating Mode changes what was read before: gain, position, and with it whether its limits allow that.
