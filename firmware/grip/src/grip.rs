@@ -158,6 +158,17 @@ impl Grip {
         self.slope = Slope::NONE;
     }
 
+    /// Takes new limits while it moves or grips: it goes on within them. No motion begins by that, but for a grip beyond its angle, which opens
+    /// to it.
+    pub fn restrict(&mut self, limits: &Limits) {
+        let [least, most] = limits.range.map(f64::from);
+        if let Some(asked) = &mut self.asked {
+            asked.force = asked.force.min(f64::from(limits.force));
+            asked.limit = asked.limit.min(most).max(least);
+        }
+        self.motion.restrict(least, most);
+    }
+
     /// Closes as for a grip, to the first of several forces: it has gripped once [`Self::keep`] has ended that. Force, speed and limit are
     /// valid.
     pub fn carry(&mut self, to: &Target, limits: &Limits) {

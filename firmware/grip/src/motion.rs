@@ -27,6 +27,12 @@ impl Motion {
         (self.most, self.speed) = (f64::INFINITY, speed);
     }
 
+    /// A target outside a new range becomes the range's end, or where the goal is, if that is beyond it.
+    pub fn restrict(&mut self, least: f64, most: f64) {
+        let (least, most) = (least.min(self.goal), most.max(self.goal));
+        self.target = self.target.map(|target| target.min(most).max(least));
+    }
+
     /// Goes no further than this for now; the target stays.
     pub fn cap(&mut self, most: f64) {
         self.most = most;
@@ -102,6 +108,25 @@ mod tests {
         motion.hold();
         assert_eq!(motion.step(10.0), -0.25);
         assert!(!motion.is_moving());
+    }
+
+    #[test]
+    fn a_new_range_turns_nothing_round() {
+        for (goal, target, range, heading) in [
+            (0.1, 0.3, [0.0, 0.2], 0.2),
+            (0.1, 0.3, [0.0, 0.05], 0.1),
+            (0.1, -0.3, [-0.2, 0.05], -0.2),
+            (0.1, 0.3, [-0.5, 0.5], 0.3),
+        ] {
+            let mut motion = Motion::REST;
+            motion.start(goal);
+            motion.head(target, 1.0);
+            motion.restrict(range[0], range[1]);
+            assert_eq!(motion.heading(), heading, "to {target} within {range:?}");
+            motion.hold();
+            motion.restrict(range[0], range[1]);
+            assert_eq!((motion.heading(), motion.is_moving()), (goal, false));
+        }
     }
 
     #[test]

@@ -190,7 +190,10 @@ impl Margins {
         for unit in hand.units.iter_mut().filter(|unit| unit.mount.is_some()) {
             match step {
                 Step::Enough => unit.grip.keep(),
-                Step::Press(force) => unit.grip.press(force),
+                Step::Press(force) => {
+                    unit.grip.press(force);
+                    unit.restrict();
+                }
                 Step::Most => unit.grip.give_up(),
             }
         }

@@ -2,7 +2,7 @@
 
 use grip::Carry;
 use messages::{
-    CarryTo, CloseTo, Event, FINGERS, Gravity, GripTo, Heed, Heeds, Moved, Outcome, Refusal, Role, SPEEDS,
+    CarryTo, CloseTo, Event, FINGERS, Gravity, GripTo, Heed, Heeds, Mount, Moved, Outcome, Refusal, Role, SPEEDS,
     SettingsField, Which,
 };
 
@@ -107,6 +107,11 @@ impl Orders {
                 settings.validate(hand.units.len())?;
                 return_delay::check(&settings, B::ANSWER_US)?;
                 hand.units.iter().try_for_each(|unit| unit.check_support(settings.support))?;
+                let moves_like = |(mount, before): (&Option<Mount>, &Option<Mount>)| match (mount, before) {
+                    (Some(mount), Some(before)) => mount.moves_like(before),
+                    (mount, before) => mount == before,
+                };
+                let is_other_hand = !settings.fingers.iter().zip(&hand.settings.fingers).all(moves_like);
                 for (unit, mount) in hand.units.iter_mut().zip(settings.fingers) {
                     unit.set_mount(mount);
                 }
@@ -114,7 +119,7 @@ impl Orders {
                     hand.units.iter_mut().for_each(Unit::forget_servo);
                     self.scan = false;
                 }
-                if settings.fingers != hand.settings.fingers {
+                if is_other_hand {
                     estimation.put_back(hand);
                 }
                 estimation.support(hand, settings.support);

@@ -295,6 +295,13 @@ impl<'a> Unit<'a> {
             return;
         }
         let (id, fence) = (self.id(), self.fence().is_some());
+        if let (Some(mount), Some(before)) = (&mount, &self.mount)
+            && mount.moves_like(before)
+        {
+            // What it does goes on.
+            (self.mount, self.difference) = (Some(*mount), None);
+            return self.restrict();
+        }
         let at = self.calibration.position(self.grip.goal());
         self.mount = mount;
         let of = mount.unwrap_or(Mount::DEFAULT);
@@ -312,6 +319,13 @@ impl<'a> Unit<'a> {
             self.grip.relax();
         }
         self.difference = None;
+    }
+
+    /// Keeps what it does within its limits.
+    pub(crate) fn restrict(&mut self) {
+        if let Some(mount) = &self.mount {
+            self.grip.restrict(&mount.limits());
+        }
     }
 
     /// Somebody else leads the servo from now on, or does so no more.

@@ -21,6 +21,15 @@ impl Mount {
         }
     }
 
+    /// Whether a finger moves, and is estimated, with this mount as with another one: they differ in limits only, or in what its servo was
+    /// commissioned with.
+    // Its code is in the image once.
+    #[inline(never)]
+    pub fn moves_like(&self, other: &Self) -> bool {
+        let Self { range, open_angle, speed, force_limit, current_limit, servo, calibration, .. } = *other;
+        Self { range, open_angle, speed, force_limit, current_limit, servo, calibration, ..*self } == *other
+    }
+
     /// The motor angles of the servo's first and last count within its revolution, the smaller one first, rad.
     pub(crate) fn revolution(&self) -> [f32; 2] {
         let gear = Calibration::new(&self.gear());

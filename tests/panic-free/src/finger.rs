@@ -70,6 +70,7 @@ impl Finger {
         let faults = black_box(Faults { reaction: Reaction::Hold, untrusted_s: 0.0, strain: Reaction::Hold });
         self.grip.feel(&touch, calibration.count(), black_box(0.0), limits, &faults);
         self.grip.miss(limits, faults.reaction);
+        self.grip.restrict(limits);
         black_box((self.grip.phase().why().map(Why::words), Phase::word(self.grip.phase()), self.grip.is_gripping()));
     }
 

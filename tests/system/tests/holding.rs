@@ -243,6 +243,27 @@ fn a_servo_that_is_gone_opens_no_other_finger() {
     assert!(!released(&bench, 1), "the search for the other one: {:?}", bench.events);
 }
 
+/// Settings of something else do not end a grip: not other limits, not what the servo was commissioned with, not another finger.
+#[test]
+fn a_grip_goes_on_with_other_settings() {
+    let mut bench = gripping(&Flash::new());
+    bench.keeps = true;
+    let servo = bench.ask::<messages::GetServo>(&0);
+    let mount = Mount { speed: 0.2, force_limit: 20.0, current_limit: 1900.0, range: [-0.04, 0.2], ..GEARED_MOUNT };
+    let mut settings = Settings { untrusted_ms: 60, ..Settings::of(Mount { servo, ..mount }) };
+    settings.fingers[1] = Some(Mount { servo_id: 9, ..GEARED_MOUNT });
+    let (before, count) = (force(&bench.servo.truth()), bench.servo.truth().count);
+    bench.ask::<messages::SetSettings>(&settings).unwrap();
+    bench.run(2 * SECOND);
+    let last = |bench: &Bench| bench.reports.iter().rev().find(|(report, _)| report.finger == 0).unwrap().0.phase;
+    assert_eq!((last(&bench), bench.servo.truth().count), (Phase::Gripped, count), "{before} N");
+    // What it grips by does.
+    settings.fingers[0] = Some(Mount { zero: 2050.0, servo, ..mount });
+    bench.ask::<messages::SetSettings>(&settings).unwrap();
+    bench.run(SECOND / 10);
+    assert_eq!(last(&bench), Phase::Held(Why::Asked));
+}
+
 /// What another master has under way is stopped where it is, not finished.
 #[test]
 fn a_servo_found_on_its_way_stops() {

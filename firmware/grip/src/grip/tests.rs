@@ -240,6 +240,34 @@ fn the_range_is_the_motors_and_not_its_goals() {
     assert!(bench.grip.goal() > f64::from(limit) + 5.0 * COUNT);
 }
 
+/// New limits do not end a grip: within them it goes on, and beyond them it gives way to them.
+#[test]
+fn a_grip_goes_on_within_new_limits() {
+    let mut bench = Bench::sagging();
+    bench.grip.grip(&Target { speed: Some(0.1), ..Target::of(10.0) }, &bench.limits);
+    let before = bench.run(5000);
+    assert_eq!(bench.grip.phase(), Phase::Gripped);
+    let goal = bench.grip.goal();
+    let others = Limits { open_angle: -0.05, speed: 1.0, current: 1500.0, force: 50.0, range: [-0.2, 0.2] };
+    bench.limits = others;
+    bench.grip.restrict(&others);
+    bench.run(500);
+    assert_eq!((bench.grip.phase(), bench.grip.goal()), (Phase::Gripped, goal), "{before} N");
+    bench.limits.force = 5.0;
+    let limits = bench.limits;
+    bench.grip.restrict(&limits);
+    let after = bench.run(3000);
+    assert!(bench.grip.phase() == Phase::Gripped && (after - 5.0).abs() < Bench::slope(0.07) * COUNT, "{after} N");
+    // On its way to an angle it stops at the new end of its range.
+    let mut bench = Bench::new(1);
+    bench.grip.head(0.2, 0.35);
+    bench.run(10);
+    let limits = Limits { range: [-0.1, 0.04], ..bench.limits };
+    bench.grip.restrict(&limits);
+    bench.run(500);
+    assert_eq!((bench.grip.phase(), bench.grip.goal()), (Phase::Moving, f64::from(0.04_f32)));
+}
+
 /// A finger that is found outside its range, or beyond the limit of its next grip, goes there at the speed that is asked for.
 #[test]
 fn no_grip_jumps_into_its_range_or_to_its_limit() {
