@@ -47,7 +47,10 @@ pub async fn control<'a, B: Board>(
             // What was answered meanwhile is older than a period: it is asked anew.
             core.meanwhile(bus.answered()).await;
             core.is_asking = false;
-            let turns = core::mem::take(&mut bus.line().await.turns);
+            let mut line = bus.line().await;
+            core.took = line.took;
+            let turns = core::mem::take(&mut line.turns);
+            drop(line);
             turns.iter().for_each(|turn| core.answered(turn, true));
         }
         if !core.is_asking {
@@ -162,6 +165,7 @@ async fn take_over<B: Board>(core: &mut Core<'_, B>, servos: &mut Servos<B::Bus>
 async fn answers<B: Board>(core: &mut Core<'_, B>, bus: &Bus<B::Bus>) -> Vec<Turn<B::Bus>, FINGERS> {
     let mut line = bus.line().await;
     let turns = core::mem::take(&mut line.turns);
+    core.took = line.took;
     core.leadership.overheard_others(&core.hand, line.servos.take_foreign());
     core.is_asking = core.may_ask_ahead(&turns) && !core.leadership.has_more_to_do(&core.hand, &line.servos);
     if core.is_asking {

@@ -36,6 +36,8 @@ pub(crate) struct Core<'a, B> {
     pub(crate) is_asking: bool,
     /// In this tick the bus was busy with something else than the question: an answer that comes late for that is not missing.
     pub(crate) is_busy: bool,
+    /// What the last question took.
+    pub(crate) took: Duration,
     /// An order that waits for a transaction's end.
     pub(crate) waiting: Option<Order>,
     /// What the bus's master has set and the flash has not got yet.
@@ -75,6 +77,7 @@ impl<'a, B: Board> Core<'a, B> {
             orders: Orders::NONE,
             is_asking: false,
             is_busy: false,
+            took: Duration::from_ticks(0),
             waiting: None,
             unkept: Vec::new(),
             placed: Instant::MIN,
@@ -143,7 +146,9 @@ impl<'a, B: Board> Core<'a, B> {
                 }
             }
             Err(error) => {
-                self.leadership.failed::<B::Bus>(&mut self.hand, turn.finger, error, self.scheduler.seconds());
+                // A port that is slow waits for longer than a period.
+                let seconds = self.scheduler.seconds().max(self.took.as_micros() as f64 * 1e-6);
+                self.leadership.failed::<B::Bus>(&mut self.hand, turn.finger, error, seconds);
             }
         }
     }
