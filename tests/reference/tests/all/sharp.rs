@@ -192,3 +192,31 @@ fn nothing_is_cut_through() {
         }
     }
 }
+
+/// A box's side of 60 mm that touches with both corners, which do not slide alike: closing and opening by a servo's counts.
+#[test]
+fn two_corners_take_few_iterations() {
+    fn most_and_mean<T: Real>() -> (u32, f64) {
+        let corners = Corners::new(&[[2.0, 15.0], [62.0, 15.0], [62.0, 75.0], [2.0, 75.0]]).expect("four corners");
+        let design = ladder_80();
+        let mut follower: Box<Follower<T, Reduced>> = Box::new(Follower::EMPTY);
+        follower.configure(&design, &Discretisation::estimator(Physics::Extended)).expect("a valid finger");
+        let motion = Motion::Rotating { axis: design.motor_axis };
+        follower.set_object(ObjectDesign::Polygon { corners, rounding: 1.0 }, motion);
+        assert!(follower.start(0.0));
+        let (mut most, mut sum, mut ticks) = (0, 0, 0);
+        for count in (0..=113).chain((0..113).rev()) {
+            let outcome = follower.follow(f64::from(count) * COUNT);
+            assert!(outcome.status.is_trustworthy(), "{count}: {outcome:?}");
+            if follower.solution().touching() > 1 {
+                (most, sum, ticks) = (most.max(outcome.iterations), sum + outcome.iterations, ticks + 1);
+            }
+        }
+        assert!(ticks > 150, "{ticks}");
+        (most, f64::from(sum) / f64::from(ticks))
+    }
+    let (single, double) = (most_and_mean::<f32>(), most_and_mean::<f64>());
+    println!("iterations, most and mean: {single:?} in single, {double:?} in double precision");
+    assert!(single.0 <= 8 && single.1 < 3.0, "{single:?}");
+    assert!(double.0 <= 25 && double.1 < 6.0, "{double:?}");
+}
