@@ -1,5 +1,7 @@
 //! The simulated servo as its master sees it, in memory.
 
+#[path = "servo_registers/modes.rs"]
+mod modes;
 mod servo_bus;
 mod servo_case;
 

@@ -1,23 +1,11 @@
 //! The simulated servo's Operating Modes: what each does, and what a change of them resets.
 
-// It has more than these tests use.
-#[allow(dead_code)]
-mod servo_bus;
-
 use dynamixel::xm430;
 use fre_gripper::datasheet::{FREE_SPEED, FRICTION, STALL_TORQUE};
-use fre_gripper::servo::{Config, Gains, SPEED_UNIT};
-use servo_bus::Bus;
+use fre_gripper::servo::SPEED_UNIT;
 
-/// A servo that holds within a count without load.
-fn firm() -> Config {
-    Config { gains: Gains { p: 16_383, i: 0, d: 0 }, ..Config::default() }
-}
-
-/// Counts within so many of others.
-fn near(count: i32, expected: i32, within: i32) {
-    assert!((count - expected).abs() <= within, "{count} is not {expected} ± {within}");
-}
+use super::servo_bus::Bus;
+use super::{firm, near};
 
 #[test]
 fn every_mode_does_what_it_says() {
@@ -80,7 +68,7 @@ fn a_change_of_mode_resets_control_and_turns() {
         (gains, profile, [bus.get(xm430::GOAL_PWM), bus.get(xm430::GOAL_CURRENT)])
     };
     gone(&mut bus);
-    // The mode that it has is no change.
+    // Setting the mode that it has changes nothing.
     bus.set(xm430::OPERATING_MODE, 4);
     assert_eq!(control(&mut bus), ([300, 5], [70, 7], [100, 10]));
     bus.set(xm430::OPERATING_MODE, 5);
