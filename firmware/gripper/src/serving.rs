@@ -287,19 +287,26 @@ mod tests {
         }
     }
 
-    /// The processor was held while a sector was erased: the questions that waited are not answered any more, and the answers to them are not
-    /// taken for those of a servo that is where it says now.
-    #[test]
-    fn what_came_while_flash_was_erased_is_neither_answered_nor_learnt_from() {
-        let (servo, own) = (Id::new(1).unwrap(), Id::new(100).unwrap());
+    /// A gripper that is a device by this address, and watches a servo.
+    fn device(own: Id, servo: Id) -> (&'static Wire, Bus<&'static Wire>) {
         let wire: &'static Wire = std::boxed::Box::leak(std::boxed::Box::default());
-        let (shared, bus) = (Shared::new(), Bus::<&'static Wire>::new(wire, Nothing::BUS_LATENCY_US));
+        let bus = Bus::<&'static Wire>::new(wire, Nothing::BUS_LATENCY_US);
         let settings = Settings { role: Role::Device { id: own.get(), return_delay: 0 }, ..Settings::DEFAULT };
         block_on(async {
             let ears = &mut *bus.ears().await;
             Ears::open::<Nothing>(ears, &settings, 1_000_000);
             ears.as_mut().unwrap().watch(servo, Model::XM430);
         });
+        (wire, bus)
+    }
+
+    /// The processor was held while a sector was erased: the questions that waited are not answered any more, and the answers to them are not
+    /// taken for those of a servo that is where it says now.
+    #[test]
+    fn what_came_while_flash_was_erased_is_neither_answered_nor_learnt_from() {
+        let (servo, own) = (Id::new(1).unwrap(), Id::new(100).unwrap());
+        let (wire, bus) = device(own, servo);
+        let shared = Shared::new();
         let (mut port, polled) = (wire, &mut Context::from_waker(Waker::noop()));
         let mut hearing = pin!(hear::<Nothing>(&shared, &bus, &mut port));
         // A read of the servo's position, its answer, and a ping of the gripper.
@@ -328,14 +335,8 @@ mod tests {
     #[test]
     fn positions_are_heard_while_a_broadcast_ping_waits_for_its_answer() {
         let (servo, own) = (Id::new(1).unwrap(), Id::new(100).unwrap());
-        let wire: &'static Wire = std::boxed::Box::leak(std::boxed::Box::default());
-        let (shared, bus) = (Shared::new(), Bus::<&'static Wire>::new(wire, Nothing::BUS_LATENCY_US));
-        let settings = Settings { role: Role::Device { id: own.get(), return_delay: 0 }, ..Settings::DEFAULT };
-        block_on(async {
-            let ears = &mut *bus.ears().await;
-            Ears::open::<Nothing>(ears, &settings, 1_000_000);
-            ears.as_mut().unwrap().watch(servo, Model::XM430);
-        });
+        let (wire, bus) = device(own, servo);
+        let shared = Shared::new();
         let (mut port, polled) = (wire, &mut Context::from_waker(Waker::noop()));
         let mut hearing = pin!(hear::<Nothing>(&shared, &bus, &mut port));
         let mut say = |packets: &[(Id, Instruction, &[u8])]| {
