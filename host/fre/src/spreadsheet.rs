@@ -35,7 +35,7 @@ pub struct Sheet<'a> {
 
 impl<'a> Sheet<'a> {
     /// Reads the header of a text. The separator is the one that gives most of the columns that mean something to the caller,
-    /// whose names are in lower case. Without any text there is no table.
+    /// whose names are in lower case. None for an empty text.
     pub fn new(text: &'a str, known: &[&str]) -> Option<Self> {
         let mut records = Records::new(text.strip_prefix('\u{feff}').unwrap_or(text));
         let separator = records.separator(known)?;
