@@ -27,6 +27,8 @@ impl Gear {
 pub struct Calibration {
     zero: f64,
     counts_per_radian: f64,
+    /// The same the other way round: to multiply is a third of a division where double precision is made of instructions.
+    radians_per_count: f64,
     play: f64,
 }
 
@@ -34,21 +36,23 @@ impl Calibration {
     /// The relation of a gear with positive resolution and ratio.
     pub fn new(gear: &Gear) -> Self {
         let sign = if gear.reversed { -1.0 } else { 1.0 };
+        let counts_per_radian = sign * f64::from(gear.ratio) * f64::from(gear.resolution) / TAU;
         Self {
             zero: f64::from(gear.zero),
-            counts_per_radian: sign * f64::from(gear.ratio) * f64::from(gear.resolution) / TAU,
+            counts_per_radian,
+            radians_per_count: 1.0 / counts_per_radian,
             play: f64::from(gear.backlash),
         }
     }
 
     /// One count as a motor angle, rad.
     pub fn count(&self) -> f64 {
-        (if self.counts_per_radian < 0.0 { -1.0 } else { 1.0 }) / self.counts_per_radian
+        self.radians_per_count.abs()
     }
 
     /// Motor angle at a position of the servo, rad.
     pub fn angle(&self, position: i32) -> f64 {
-        (f64::from(position) - self.zero) / self.counts_per_radian
+        (f64::from(position) - self.zero) * self.radians_per_count
     }
 
     /// Angle of the finger itself, rad, which an estimate is for: a finger that touches is pushed to the open side of its play.
