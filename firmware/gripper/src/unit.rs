@@ -373,10 +373,12 @@ impl<'a> Unit<'a> {
     /// e-Manual). Without a gain no torque depends on the goal: that counts as the least.
     fn firmness(&self) -> Firmness {
         let ServoModel { full_pwm, counts, motor, .. } = *self.servo;
-        let all = 128.0 * f64::from(full_pwm) / f64::from(self.gain.max(1));
-        let all = all * f64::from(xm430::COUNTS_PER_REVOLUTION) / f64::from(counts);
-        let per_milliampere = all / f64::from(motor.stall_current);
-        Firmness { all, per_milliampere, friction: f64::from(motor.friction / motor.torque_constant) * per_milliampere }
+        let all = 128.0 * f32::from(full_pwm) / f32::from(self.gain.max(1));
+        let all = all * xm430::COUNTS_PER_REVOLUTION as f32 / counts as f32;
+        let per_milliampere = all / motor.stall_current;
+        let friction = motor.friction / motor.torque_constant * per_milliampere;
+        let [all, per_milliampere, friction] = [all, per_milliampere, friction].map(f64::from);
+        Firmness { all, per_milliampere, friction }
     }
 
     /// What the current shows.

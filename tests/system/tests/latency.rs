@@ -9,7 +9,7 @@ const PER_TICK: u32 = Machine::INSTRUCTIONS_PER_TICK;
 const SECONDS: fn(u64) -> Duration = Duration::from_secs;
 /// Stated costs, instructions (docs/real-time.md): an estimate in contact of a closing finger, mean and most; and what a report takes beside
 /// its estimate, most. The counts depend on the compiler a little, on the change a lot.
-const STATED: Costs = Costs { mean: 157_000, most: 468_000, beside: 12_500 };
+const STATED: Costs = Costs { mean: 157_000, most: 468_000, beside: 9_600 };
 
 /// Of a closing finger, instructions.
 #[derive(Clone, Copy, Debug)]
