@@ -101,12 +101,17 @@ impl<T: Real, S: Size> Border<T, S> {
         }
         self.through.begin(at.model);
         let (mut span_start, mut cell) = (0, usize::MAX);
+        // The rows of a sample come one after the other.
+        let (mut sample, mut lever) = (None, [[T::ZERO; 2]; 3]);
         for (j, row) in at.contacts.rows().iter().enumerate() {
             if cell != cell_of(row) {
                 (cell, span_start) = (cell_of(row), j);
                 self.through.pass_to(at.model, kkt, right.joints.as_ref(), cell);
             }
-            if let Some((ends, residual)) = self.own_span(at, kkt, room, j, span_start) {
+            if sample.replace(row.sample) != Some(row.sample) {
+                lever = at.kinematics.lever(at.model, cell, &row.place);
+            }
+            if let Some((ends, residual)) = self.own_span(at, kkt, (room, lever), j, span_start) {
                 self.spans_below(at, right, j, span_start, (ends, residual));
             }
         }
@@ -118,12 +123,13 @@ impl<T: Real, S: Size> Border<T, S> {
         self.columns.as_ref().chunks_exact(unknowns.max(1))
     }
 
-    /// A row's own span, condensed: its entries with the start joint and the end joint, and what its residual gets.
+    /// A row's own span, condensed: its entries with the start joint and the end joint, and what its residual gets. `lever` is its sample's
+    /// ([`Kinematics::lever`](super::kinematics::Kinematics::lever)).
     fn own_span(
         &mut self,
         at: Evaluated<'_, T, S>,
         kkt: &Factorisation<T, S>,
-        room: &mut [T],
+        (room, mut lever): (&mut [T], [[T; 2]; 3]),
         j: usize,
         span_start: usize,
     ) -> Option<([T; 2], T)> {
@@ -133,7 +139,6 @@ impl<T: Real, S: Size> Border<T, S> {
         let (member, m) = (model.member(index)?, kinematics.members.as_ref().get(index)?);
         let nodes = member.nodes();
         let interior = usize::from(member.interior);
-        let mut lever = kinematics.lever(model, index, sample);
         if S::RUBS && row.direction == Direction::Tangent {
             slip::lengthen(model, row, &mut lever);
         }

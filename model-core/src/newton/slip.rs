@@ -135,8 +135,8 @@ impl<T: Real, S: Size> Slip<T, S> {
 
     /// Tangential force τ⁰ of a place in the accepted state; zero if it did not touch.
     fn before(&self, sample: u16) -> T {
-        let touching = self.touching.as_ref().iter().zip(self.tangential.as_ref()).take(usize::from(self.count));
-        touching.filter(|(place, _)| **place == sample).fold(T::ZERO, |_, (_, &tangential)| tangential)
+        let mut touching = self.touching.as_ref().iter().zip(self.tangential.as_ref()).take(usize::from(self.count));
+        touching.find(|(place, _)| **place == sample).map_or(T::ZERO, |(_, &tangential)| tangential)
     }
 
     /// Σ|τ| of what did not touch in the accepted state, as a part of Σμ: its slip counts from there, with the way before it touched.
@@ -389,7 +389,7 @@ pub(crate) fn turn<T: Real, S: Size>(model: &Model<T, S>, kinematics: &mut Kinem
     for (index, member) in model.topology.fronts().iter().enumerate() {
         let own = own_rows(rows, index, from);
         from = own.end;
-        for row in rows.run(own).iter().filter(|row| row.direction == Direction::Tangent) {
+        for row in rows.run(own).iter().filter(|row| row.direction == Direction::Tangent && row.multiplier != T::ZERO) {
             let (node, arms) = arms(model, row);
             let nodes = kinematics.nodes.as_mut().get_mut(node..member.nodes().end).unwrap_or(&mut []);
             for (node, arm) in nodes.iter_mut().zip(arms) {
