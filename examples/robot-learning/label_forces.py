@@ -37,7 +37,7 @@ def label(
         with positions.open("w", newline="") as file:
             table = csv.writer(file)
             table.writerow(["time_s", "angle_deg"])
-            table.writerows([row[time], repr(scale * float(row[position]) + offset)] for row in rows)
+            table.writerows([row[time], repr(scale * number(row, position, line) + offset)] for line, row in enumerate(rows, 2))
         sets = [word for setting in settings for word in ("--set", setting)]
         command = [fre, "replay", str(positions), "--again", "--case", case, "--csv", str(forces), *sets]
         done = subprocess.run(command, capture_output=True, text=True)
@@ -47,6 +47,14 @@ def label(
         with forces.open(newline="") as file:
             found = list(csv.DictReader(file))
     return [{**row, **labels(force)} for row, force in zip(rows, found, strict=True)]
+
+
+def number(row: dict[str, str], column: str, line: int) -> float:
+    """A number of a row."""
+    try:
+        return float(row[column])
+    except ValueError:
+        raise SystemExit(f"line {line}, {column}: {row[column]!r} is not a number") from None
 
 
 def labels(force: dict[str, str]) -> dict[str, str]:
@@ -67,8 +75,12 @@ def main() -> None:
     words.add_argument("--offset", type=float, default=0.0, help="degrees of the motor at position 0")
     words.add_argument("--fre", default="fre", help="the command")
     given = words.parse_args()
-    with given.table.open(newline="") as file:
+    # A spreadsheet begins its files with a mark of the encoding.
+    with given.table.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.DictReader(file))
+    for line, row in enumerate(rows, 2):
+        if None in row or None in row.values():
+            raise SystemExit(f"{given.table}, line {line}: as many cells as columns are needed")
     if not rows:
         raise SystemExit(f"{given.table} has no rows")
     for column in (given.time, given.position):

@@ -20,11 +20,16 @@ use crate::solved::Solved;
 /// Most threads.
 const MOST_THREADS: usize = 1024;
 
-/// Threads of a batch, 0 for one per core.
-pub(crate) fn pool(threads: usize) -> PyResult<rayon::ThreadPool> {
-    if threads > MOST_THREADS {
-        return Err(case_error(format!("threads = {threads}: allowed is 0 to {MOST_THREADS}"), Some("threads"), None));
-    }
+/// A number of threads as Python has given it, 0 for one per core.
+pub(crate) fn checked_threads(threads: i64) -> PyResult<usize> {
+    let allowed = usize::try_from(threads).ok().filter(|threads| *threads <= MOST_THREADS);
+    let why = || format!("threads = {threads}: allowed is 0 to {MOST_THREADS}");
+    allowed.ok_or_else(|| case_error(why(), Some("threads"), None))
+}
+
+/// Threads of a batch.
+fn pool(threads: i64) -> PyResult<rayon::ThreadPool> {
+    let threads = checked_threads(threads)?;
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().map_err(|error| value(error.to_string()))
 }
 
@@ -43,7 +48,7 @@ impl Batch {
         keys: Vec<String>,
         values: &PyReadonlyArray2<'_, f64>,
         options: &Words,
-        threads: usize,
+        threads: i64,
     ) -> PyResult<Self> {
         let document = case.document();
         for key in &keys {
@@ -75,7 +80,7 @@ pub(crate) fn solve_many(
     keys: Vec<String>,
     values: PyReadonlyArray2<'_, f64>,
     options: Words,
-    threads: usize,
+    threads: i64,
 ) -> PyResult<Vec<Solved>> {
     let batch = Batch::new(case, keys, &values, &options, threads)?;
     py.detach(|| {
@@ -105,7 +110,7 @@ impl Made {
         keys: Vec<String>,
         values: PyReadonlyArray2<'_, f64>,
         options: Words,
-        threads: usize,
+        threads: i64,
     ) -> PyResult<Self> {
         let batch = Batch::new(case, keys, &values, &options, threads)?;
         let mut document = (*batch.document).clone();

@@ -3,7 +3,7 @@
 use fre_gripper::bus::{Bus as Core, BusAddress, BusOptions};
 use fre_gripper::link::set;
 use fre_gripper::source::{Modelled, Source as _, WAITING};
-use messages::{Finger, Settings};
+use messages::{FINGERS, Finger, Settings};
 use pyo3::prelude::*;
 
 use crate::case::Case;
@@ -35,6 +35,8 @@ impl Bus {
         for (key, text) in &settings {
             set(&mut all, &format!("{key}={text}")).map_err(|error| case_error(error.to_string(), Some(key), None))?;
         }
+        // Before the port is opened and searched.
+        all.validate(FINGERS).map_err(|refusal| case_error(format!("settings: {refusal}"), Some("settings"), None))?;
         let names_servos = settings.iter().any(|(key, _)| key.ends_with(".servo_id"));
         let motions: Vec<_> = cases.iter().map(|case| case.case.path.motion).collect();
         BusOptions::check_motions(&all, names_servos, &motions).map_err(|(_, why)| value(why))?;

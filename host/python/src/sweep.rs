@@ -10,6 +10,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::batch::checked_threads;
 use crate::case::Case;
 use crate::error::{case_error, of_sweep, value};
 use crate::options::Words;
@@ -108,10 +109,11 @@ pub(crate) fn sweep<'py>(
     vary: Vec<(String, Along)>,
     angles_deg: Option<Vec<f64>>,
     rows: RowWords,
-    threads: usize,
+    threads: i64,
     options: Words,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Option<Bound<'py, PyDict>>, Bound<'py, PyDict>)> {
+    let threads = checked_threads(threads)?;
     let sweep = sweep_of(case, vary, angles_deg, &rows, options)?;
     let out = rows.out;
     let mut stopped = None;

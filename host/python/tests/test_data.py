@@ -107,6 +107,18 @@ def measurements(case: fre.Case, path: pathlib.Path, factor: float) -> list[floa
     return [float(angle) for angle in angles]
 
 
+def test_values_are_any_iterable_and_not_nothing(case: fre.Case) -> None:
+    key = "object.radius_mm"
+    found = fre.sweep(case, {key: (radius for radius in (39.0, 40.0))}, angles_deg=[4.0])  # type: ignore[dict-item]
+    assert found[key].tolist() == [39.0, 40.0]
+    with pytest.raises(fre.CaseError, match="has no values"):
+        fre.sweep(case, {key: []})
+    for threads in (-1, 5000):
+        for solve in [lambda: fre.sweep(case, {key: [39.0]}, threads=threads), lambda: fre.solve_many(case, {key: [39.0]}, threads=threads)]:
+            with pytest.raises(fre.CaseError, match=f"threads = {threads}: allowed is 0 to 1024"):
+                solve()
+
+
 def test_a_calibration_finds_what_the_measurements_were_made_with(
     program: str, case: fre.Case, tmp_path: pathlib.Path
 ) -> None:

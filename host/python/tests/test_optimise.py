@@ -219,3 +219,24 @@ def test_what_cannot_be_varied_is_refused(firm: fre.Case) -> None:
     assert error.value.key == "object.friction"
     with pytest.raises(fre.CaseError, match="count = 1"):
         Problem(firm, EXACT, measures.MeanForce(4.0, 8.0, 1))
+
+
+def test_what_no_problem_takes_is_refused_by_name(firm: fre.Case) -> None:
+    vary = {"finger.front.thickness_mm": (1.5, 3.0), "finger.back.thickness_mm": (1.5, 3.0)}
+    goal = measures.Force(at=6.0)
+    problem = Problem(firm, vary, goal, options=REDUCED)
+    for x in [[], [0.5], [0.5, 0.5, 0.5], 0.5, [[0.5, 0.5]], [np.nan, 0.5]]:
+        for function in [problem.value, problem.gradient, problem.margin_gradients, problem.values, problem.case]:
+            with pytest.raises(fre.CaseError, match="^x: ") as refused:
+                function(x)  # type: ignore[operator]
+            assert refused.value.key == "x"
+    for bounds in [(0.05, 0.0), (np.nan, 1.0), (0.0, np.nan), (np.inf, np.inf), (-np.inf, -np.inf)]:
+        with pytest.raises(fre.CaseError, match="limits: strain up to"):
+            Problem(firm, vary, goal, limits=[(measures.MaxStrain(at=6.0), *bounds)])
+    for name, number in [("starts", 0), ("most", 0), ("tolerance", -1.0), ("points", 1)]:
+        with pytest.raises(fre.CaseError, match=f"^{name} = {number}") as refused:
+            pareto(problem, measures.MaxStrain(at=6.0), **{name: number})  # type: ignore[arg-type]
+        assert refused.value.key == name
+    for first, last, count in [(6.0, 0.0, 3), (6.0, 6.0, 3), (0.0, 12.0, 1001)]:
+        with pytest.raises(fre.CaseError):
+            measures.MeanForce(first, last, count).words

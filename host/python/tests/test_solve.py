@@ -229,6 +229,32 @@ def test_bad_input_names_its_key() -> None:
     assert error.value.key == "softness_mm_per_n"
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("lamellae.heights_mm.99", 3.0),
+        ("lamellae.heights_mm.-1", 3.0),
+        ("lamellae.heights_mm.a", 3.0),
+        ("front.thickness_mm.a.b", 3.0),
+        ("front.thickness_mm.a", 3.0),
+    ],
+)
+def test_an_entry_that_a_finger_has_not_is_named(key: str, value: float) -> None:
+    with pytest.raises(fre.CaseError, match=f"^finger.{key}: ") as refused:
+        fre.Finger.preset("ladder-80").with_values({key: value})
+    assert refused.value.key == f"finger.{key}"
+
+
+def test_what_is_not_a_number_is_named(case: fre.Case) -> None:
+    with pytest.raises(fre.CaseError, match="object.radius_mm: allowed is a number, not 'x'"):
+        case.with_values({"object.radius_mm": "x"})  # type: ignore[dict-item]
+    for values in (["x"], [[1.0, 2.0]], [1j]):
+        with pytest.raises(fre.CaseError, match="object.radius_mm: allowed is a number or a list of numbers"):
+            fre.solve_many(case, {"object.radius_mm": values})  # type: ignore[dict-item]
+    with pytest.raises(fre.CaseError, match="None is not a number, a text, a list or a table"):
+        fre.Finger({"lamellae": {"heights_mm": [1.0, None]}})
+
+
 def test_every_error_has_a_key_and_a_line_to_look_at(case: fre.Case) -> None:
     error = fre.CaseError("words")
     assert error.key is None and error.line is None

@@ -1,7 +1,5 @@
 //! A gripper's settings as keys and values for people and scripts: degrees instead of radians.
 
-use std::str::FromStr;
-
 use fre::drive::{self, degrees as shown};
 use messages::{Direction, FINGERS, Mount, Reaction, Role, Settings, Side, Silence, Support};
 
@@ -48,10 +46,39 @@ struct Key {
     set: fn(&mut Mount, &str) -> Result<(), &'static str>,
 }
 
-const NUMBER: &str = "a number";
+/// A kind of number that settings have.
+trait Number: Sized {
+    /// What is allowed.
+    const ALLOWED: &'static str;
+    /// Reads it.
+    fn read(words: &str) -> Option<Self>;
+}
 
-fn number<T: FromStr>(words: &str, place: &mut T) -> Result<(), &'static str> {
-    *place = words.parse().map_err(|_| NUMBER)?;
+impl Number for f32 {
+    const ALLOWED: &'static str = "a number";
+    fn read(words: &str) -> Option<Self> {
+        words.parse().ok()
+    }
+}
+
+/// Whole numbers, which may be written as `200.0` as well.
+macro_rules! whole {
+    ($($type:ty: $allowed:literal),*) => {$(
+        impl Number for $type {
+            const ALLOWED: &'static str = $allowed;
+            fn read(words: &str) -> Option<Self> {
+                let number: f64 = words.parse().ok()?;
+                let fits = number.fract() == 0.0 && (0.0..=f64::from(Self::MAX)).contains(&number);
+                fits.then_some(number as Self)
+            }
+        }
+    )*};
+}
+
+whole!(u8: "a whole number from 0 to 255", u16: "a whole number from 0 to 65535", u32: "a whole number from 0 to 4294967295");
+
+fn number<T: Number>(words: &str, place: &mut T) -> Result<(), &'static str> {
+    *place = T::read(words).ok_or(T::ALLOWED)?;
     Ok(())
 }
 
@@ -257,7 +284,8 @@ pub fn set(settings: &mut Settings, words: &str) -> Result<(), KeyError> {
             if key == "device_id" {
                 return number(value, id).map_err(wrong);
             }
-            let us: u16 = value.parse().map_err(|_| wrong(NUMBER))?;
+            let mut us = 0_u16;
+            number(value, &mut us).map_err(wrong)?;
             *return_delay = u8::try_from(us.div_ceil(2)).map_err(|_| wrong("0 to 508"))?;
             return Ok(());
         }
@@ -341,7 +369,11 @@ mod tests {
         let mut free = Settings { support: Support::Free { load: [1.0, 2.0], moment: 0.0 }, ..Settings::DEFAULT };
         let why = set(&mut free, "load_n=3").unwrap_err().to_string();
         assert_eq!(why, "load_n: `3` is not X,Y in N");
-        assert_eq!(error("rate_hz=fast"), "rate_hz: `fast` is not a number");
+        for value in ["fast", "1000000", "-1", "200.5", "nan"] {
+            let expected = format!("rate_hz: `{value}` is not a whole number from 0 to 65535");
+            assert_eq!(error(&format!("rate_hz={value}")), expected);
+        }
+        assert_eq!(error("finger.0.gear_ratio=fast"), "finger.0.gear_ratio: `fast` is not a number");
         assert_eq!(error("finger.2.side=left"), "finger.2.side: there are 1 fingers, the next one is finger.1");
     }
 }

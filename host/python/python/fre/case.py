@@ -9,6 +9,7 @@ from typing import Any, Union
 from . import _core
 from . import motion as motions
 from . import objects
+from .error import case_error
 from .finger import Finger
 
 CaseLike = Union["Case", str, "os.PathLike[str]"]
@@ -82,7 +83,7 @@ class Case:
 
     def with_values(self, values: Mapping[str, float]) -> Case:
         """Another case, with these numbers at their dotted keys, such as ``object.centre_mm.1``."""
-        return Case._of(self._case.with_values([(key, float(value)) for key, value in values.items()]))
+        return Case._of(self._case.with_values([(key, _number(key, value)) for key, value in values.items()]))
 
     def with_motion(self, motion: motions.Motion) -> Case:
         """Another case, with this motion."""
@@ -101,3 +102,10 @@ class Case:
 
     def __reduce__(self) -> tuple[Any, ...]:
         return Case.parse, (self.toml(),)
+
+
+def _number(key: str, value: Any) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise case_error(f"{key}: allowed is a number, not {value!r}", key) from None

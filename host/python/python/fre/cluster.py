@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from . import _core
 from .calibration import Noise
 from .case import Case, CaseLike
-from .optimisation import MOST, STARTS, TOLERANCE, Optimum, Problem
+from .error import case_error
+from .optimisation import MOST, STARTS, TOLERANCE, Optimum, Problem, check_search
 from .options import DEFAULT, Options
 from .sweeping import _Rows, axes_of
 
@@ -107,7 +108,9 @@ def sweep(
     parts = out.with_name(out.name + ".parts")
     parts.mkdir(exist_ok=True)
     identity = parts / "sweep.json"
-    if identity.exists() and json.loads(identity.read_text()) != json.loads(name):
+    is_another = identity.exists() and json.loads(identity.read_text()) != json.loads(name)
+    # Before its first points are solved there is nothing to lose.
+    if is_another and any(parts.glob("points-*.parquet")):
         raise FileExistsError(f"{parts} holds another sweep; remove it, or give another name")
     _write(identity, name.encode())
 
@@ -152,6 +155,8 @@ def bootstrap(
     The readings are those of ``fre.calibrate``: rows of an opening motion are left out unless ``both_ways``. A material with memory is
     refused: its readings depend on each other.
     """
+    if samples < 1:
+        raise case_error(f"samples = {samples}: allowed is 1 and more", "samples")
     case, path = Case.of(case), pathlib.Path(measurements)
     count = _core.count_readings([os.fspath(path)], [case._case], noise, both_ways)
     text, data = case.toml(), path.read_bytes()
@@ -190,6 +195,7 @@ def optimise(
     Finished starts are kept in ``folder``: the same call goes on after its program was killed. ``progress`` is called with the starts
     that are done and all starts.
     """
+    check_search(starts, most, tolerance)
     begin = time.perf_counter()
     kept = None if folder is None else pathlib.Path(folder)
     tries: dict[int, dict[str, Any]] = {}

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
+import numbers
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from . import _core
@@ -81,13 +82,8 @@ class Finger:
             *path, last = key.split(".")
             at: Any = table
             for part in path:
-                at = at[int(part)] if isinstance(at, list) else at.setdefault(part, {})
-            if isinstance(at, list):
-                at[int(last)] = value
-            elif isinstance(at, dict):
-                at[last] = value
-            else:
-                raise case_error(f"finger.{key}: {'.'.join(path)} is not a table", f"finger.{key}")
+                at = at.setdefault(part, {}) if isinstance(at, dict) else at[_index(at, key, part)]
+            at[last if isinstance(at, dict) else _index(at, key, last)] = value
         return Finger(table)
 
     def __eq__(self, other: object) -> bool:
@@ -115,4 +111,17 @@ def _plain(value: Any) -> Any:
         return value
     if hasattr(value, "tolist"):
         return value.tolist()
+    if isinstance(value, numbers.Real):
+        return float(value)
+    if not isinstance(value, Iterable):
+        raise case_error(f"finger: {value!r} is not a number, a text, a list or a table", "finger")
     return [_plain(entry) for entry in value]
+
+
+def _index(at: Any, key: str, part: str) -> int:
+    """The number of an entry of a list, as a part of a key says it."""
+    if not isinstance(at, list):
+        raise case_error(f"finger.{key}: {at!r} is not a table", f"finger.{key}")
+    if not part.isdecimal() or int(part) >= len(at):
+        raise case_error(f"finger.{key}: {part} is not an entry of the list, which has 0 to {len(at) - 1}", f"finger.{key}")
+    return int(part)

@@ -6,6 +6,8 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Union
 
+import numpy as np
+
 from . import _core
 from .case import Case, CaseLike
 from .options import DEFAULT, Options
@@ -201,7 +203,7 @@ class Gripper(_Source):
     def set(self, settings: Mapping[str, object]) -> None:
         """Changes settings, all at once."""
         words = {True: "true", False: "false"}
-        self._core.set([(key, words[value] if isinstance(value, bool) else str(value)) for key, value in settings.items()])
+        self._core.set([(key, words[bool(value)] if isinstance(value, (bool, np.bool_)) else str(value)) for key, value in settings.items()])
 
     def set_case(
         self, case: CaseLike, finger: int = 0, physics: Literal["paper", "extended"] = "extended"
@@ -262,7 +264,7 @@ class Bus(_Source):
         each = list(cases) if isinstance(cases, Sequence) and not isinstance(cases, str) else [cases]
         words = {True: "true", False: "false"}
         changes = [
-            (key, words[value] if isinstance(value, bool) else str(value)) for key, value in (settings or {}).items()
+            (key, words[bool(value)] if isinstance(value, (bool, np.bool_)) else str(value)) for key, value in (settings or {}).items()
         ]
         self._core = _core.Bus(port, [Case.of(case)._case for case in each], changes, options)
 

@@ -53,8 +53,10 @@ class Force(Measure):
 
 
 def _over(first: float, last: float, count: int) -> str:
-    if count < 2:
-        raise case_error(f"count = {count}: allowed is 2 and more", "count")
+    if not 2 <= count <= 1000:
+        raise case_error(f"count = {count}: allowed is 2 to 1000", "count")
+    if not first < last:
+        raise case_error(f"last = {last}: allowed is more than first, {first}", "last")
     return f"over {float(first)!r}:{float(last)!r}:{(last - first) / (count - 1)!r}"
 
 

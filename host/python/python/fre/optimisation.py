@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -32,13 +33,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core
 from .case import Case, CaseLike
+from .error import case_error
 from .measures import Measure
 from .options import DEFAULT, Options
 from .record import fixed
 
 Array = NDArray[np.float64]
 Limit = tuple[Measure, float, float]
-"""A measure with its least and its most; infinite where there is none."""
+"""A measure with its least and its most: ``-math.inf`` and ``math.inf`` where there is none."""
 
 STARTS = 4
 MOST = 100
@@ -69,7 +71,7 @@ class Problem:
             Case.of(case)._case,
             [(key, float(least), float(most)) for key, (least, most) in vary.items()],
             _goal(goal, maximise),
-            [(measure.words, float(least), float(most)) for measure, least, most in limits],
+            [(measure.words, *_bounds(measure, float(least), float(most))) for measure, least, most in limits],
             [[(key, float(number)) for key, number in one.items()] for one in objects],
             options,
         )
@@ -93,7 +95,7 @@ class Problem:
 
     def values(self, x: ArrayLike) -> dict[str, float]:
         """The numbers by their keys at variables from 0 to 1."""
-        return dict(zip(self.keys, self._problem.numbers(_list(x))))
+        return dict(zip(self.keys, self._problem.numbers(self._list(x))))
 
     def own(self) -> Array:
         """The variables of the case as it is, as near as the bounds allow."""
@@ -101,7 +103,7 @@ class Problem:
 
     def case(self, x: ArrayLike, object: int = 0) -> Case:
         """The case at variables, with one of the objects."""
-        return Case.parse(self._problem.case(_list(x), object).toml())
+        return Case.parse(self._problem.case(self._list(x), object).toml())
 
     def value(self, x: ArrayLike) -> float:
         """The goal, to be made small; its negative if it shall be large."""
@@ -126,18 +128,30 @@ class Problem:
     def search(self, number: int, *, seed: int = 0, most: int = MOST, tolerance: float = TOLERANCE) -> dict[str, Any]:
         """One start of a search, the same whatever machine runs it: 0 is the case as it is, all others are random. See
         :attr:`Optimum.tries`."""
+        check_search(1, most, tolerance)
         found: dict[str, Any] = json.loads(self._problem.search(number, (1, seed, most, tolerance)))
         return found
 
+    def _list(self, x: ArrayLike) -> list[float]:
+        """The variables, one for each key."""
+        found = np.asarray(x, dtype=float)
+        if found.shape != (len(self.keys),):
+            shape = f"shape {found.shape}" if found.ndim != 1 else f"{len(found)} numbers"
+            raise case_error(f"x: has {shape}; allowed is a list of {len(self.keys)}, one for each of {', '.join(self.keys)}", "x")
+        if not np.isfinite(found).all():
+            raise case_error(f"x: is {found.tolist()}; allowed are finite numbers", "x")
+        listed: list[float] = found.tolist()
+        return listed
+
     def _at(self, x: ArrayLike) -> Array:
-        x = _list(x)
+        x = self._list(x)
         name = np.array(x).tobytes()
         if name not in self._values:
             self._values[name] = fixed(self._problem.values(x))
         return self._values[name]
 
     def _slopes_at(self, x: ArrayLike) -> tuple[Array, NDArray[np.bool_]]:
-        x = _list(x)
+        x = self._list(x)
         name = np.array(x).tobytes()
         if name not in self._slopes:
             slopes, exact = self._problem.slopes(x)
@@ -160,8 +174,13 @@ class Optimum:
         return self.problem.own()
 
     @property
+    def is_kept(self) -> bool:
+        """Whether the best design keeps all limits."""
+        return bool(self.to_dict()["kept"])
+
+    @property
     def x(self) -> Array:
-        """Variables of the best design that keeps all limits."""
+        """Variables of the best design that keeps all limits; where none does, of the one that breaks them least (:attr:`is_kept`)."""
         return np.array(self.to_dict()["x"])
 
     @property
@@ -211,6 +230,7 @@ def optimise(
     ``log`` is a file in which every finished start is kept: the same call goes on after its program was stopped. ``progress`` is
     called with the starts that are done, all starts, and the best goal so far.
     """
+    check_search(starts, most, tolerance)
     begin = time.perf_counter()
     path = None if log is None else os.fspath(log)
     found = json.loads(problem._problem.optimise((starts, seed, most, tolerance), path, progress))
@@ -251,10 +271,30 @@ def pareto(
 ) -> Front:
     """The front of the problem's goal and a second one, which is large or small as ``maximise`` says: the best of both, and the best
     of the first with the second held at values between."""
+    check_search(starts, most, tolerance)
+    if not 2 <= points <= 200:
+        raise case_error(f"points = {points}: allowed is 2 to 200", "points")
     path = None if log is None else os.fspath(log)
     search = (starts, seed, most, tolerance)
     found, text, svg = problem._problem.front(_goal(second, maximise), points, search, path)
     return Front(problem, json.loads(found), text, svg)
+
+
+def _bounds(measure: Measure, least: float, most: float) -> tuple[float, float]:
+    """A limit's bounds."""
+    if not (least <= most and least < math.inf and most > -math.inf):
+        allowed = "the least first, -inf for none and inf for no most"
+        raise case_error(f"limits: {measure.words} from {least} to {most}; allowed is {allowed}", "limits")
+    return least, most
+
+
+def check_search(starts: int, most: int, tolerance: float) -> None:
+    """Refuses what no search goes by, as ``fre optimise`` does."""
+    for name, number, largest in [("starts", starts, 10_000), ("most", most, 1_000_000)]:
+        if not 1 <= number <= largest:
+            raise case_error(f"{name} = {number}: allowed is 1 to {largest}", name)
+    if not 0.0 < tolerance < math.inf:
+        raise case_error(f"tolerance = {tolerance}: allowed is a positive number", "tolerance")
 
 
 def _goal(measure: Measure, maximise: bool) -> str:
@@ -272,7 +312,3 @@ def _again(
 ) -> Problem:
     return Problem(Case.parse(case), vary, goal, maximise=maximise, limits=limits, objects=objects, options=options)
 
-
-def _list(x: ArrayLike) -> list[float]:
-    found: list[float] = np.asarray(x, dtype=float).tolist()
-    return found

@@ -160,7 +160,7 @@ class Follower:
     """A case on its way: it goes wherever it is sent, from where it is, and so keeps the branch that it is on. It begins where the
     case's motion does, without contact; the case's other places do not matter.
 
-    A pickled follower begins anew where it is unpickled.
+    A pickled follower begins anew where it is unpickled. One thread at a time may send it: each takes a follower of its own.
     """
 
     __slots__ = ("_case", "_follower", "_options")
@@ -240,7 +240,7 @@ class Solution(Sequence[Place]):
     @property
     def places(self) -> Array:
         """Motor angles in degrees, or distances in mm."""
-        return self._solved.places()
+        return fixed(self._solved.places())
 
     @property
     def time_s(self) -> Array:
@@ -250,27 +250,27 @@ class Solution(Sequence[Place]):
     @property
     def force_n(self) -> Array:
         """Forces on the object, world frame, N: a row [x, y] per place."""
-        return self._solved.force_n()
+        return fixed(self._solved.force_n())
 
     @property
     def force_magnitude_n(self) -> Array:
         """Their magnitudes, N."""
-        return self._solved.force_magnitude_n()
+        return fixed(self._solved.force_magnitude_n())
 
     @property
     def motor_torque_nmm(self) -> Array:
         """Torques demanded of the motor, N·mm."""
-        return self._solved.motor_torque_nmm()
+        return fixed(self._solved.motor_torque_nmm())
 
     @property
     def energy_nmm(self) -> Array:
         """Elastic energies, N·mm."""
-        return self._solved.energy_nmm()
+        return fixed(self._solved.energy_nmm())
 
     @property
     def tip_mm(self) -> Array:
         """Tips of the front beam, finger frame, mm: a row [x, y] per place."""
-        return self._solved.tip_mm()
+        return fixed(self._solved.tip_mm())
 
     def column(self, name: str, unknown: float = _NAN) -> Array:
         """A number of every place by its name, with dots into records: ``"max_strain.front"``. Raises :class:`fre.CaseError` for
@@ -284,7 +284,7 @@ class Solution(Sequence[Place]):
 
         values = [of(place) for place in self]
         try:
-            return np.asarray(values, dtype=np.float64)
+            return fixed(np.array(values, dtype=np.float64))
         except (TypeError, ValueError):
             reason = "a column needs numbers, as many at every place; read it place by place"
             raise case_error(f"{name}: {reason}", name) from None
@@ -345,11 +345,19 @@ def solve_many(
     A status is never an exception: look at ``solution.status``. Values that the case refuses raise :class:`fre.CaseError`.
     """
     case = Case.of(case)
-    lists = {key: np.atleast_1d(np.asarray(list_, dtype=np.float64)) for key, list_ in values.items()}
+    lists = {key: _numbers(key, list_) for key, list_ in values.items()}
     counts = {key: len(list_) for key, list_ in lists.items()}
-    if len(set(counts.values())) > 1 or any(list_.ndim > 1 for list_ in lists.values()):
+    if len(set(counts.values())) > 1:
         found = ", ".join(f"{key} {count}" for key, count in counts.items())
         raise case_error(f"values: needed is one number per case and key; there are {found}", "values")
     table = np.stack(list(lists.values()), axis=1) if lists else np.empty((1, 0))
     solved = _core.solve_many(case._case, list(lists), np.ascontiguousarray(table), options, threads)
     return [Solution(options, one) for one in solved]
+
+
+def _numbers(key: str, values: Sequence[float] | Array) -> Array:
+    """A list of numbers."""
+    found = np.atleast_1d(np.asarray(values))
+    if found.ndim > 1 or found.dtype.kind not in "biuf":
+        raise case_error(f"{key}: allowed is a number or a list of numbers, not {values!r}", key)
+    return found.astype(np.float64)

@@ -119,7 +119,10 @@ def axes_of(
     return [(key, _values(key, values)) for key, values in vary.items()]
 
 
-def _values(key: str, values: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[float] | list[str]:
+def _values(key: str, given: Sequence[float] | Sequence[str] | NDArray[np.float64]) -> list[float] | list[str]:
+    values = list(given)
+    if not values:
+        raise case_error(f"{key}: has no values; allowed is one and more", key)
     words = [value for value in values if isinstance(value, str)]
     if words and len(words) < len(values):
         raise case_error(f"{key}: has numbers and texts ({words[0]!r}); allowed is one of both", key)
