@@ -245,7 +245,7 @@ fn commands_become_orders_and_nonsense_is_named() {
         .raw()
     );
     let long = format!(r#"{{"stop":"{}"}}"#, "x".repeat(20_000));
-    assert_eq!(served.command(&host, &long).0, 415);
+    assert_eq!(served.command(&host, &long).0, 413);
     assert_eq!(served.orders(), []);
     for (body, order) in [
         (r#"{"release":{"finger":1}}"#, Order::Open(Which::One(1))),

@@ -236,8 +236,12 @@ async fn command(State(shared): State<Arc<Shared>>, headers: HeaderMap, body: By
     // A form of another site cannot send this type without asking first, and is never answered.
     let is_json =
         headers.get(header::CONTENT_TYPE).is_some_and(|kind| kind.as_bytes().starts_with(b"application/json"));
-    if !is_json || body.len() > LONGEST {
+    if !is_json {
         return (StatusCode::UNSUPPORTED_MEDIA_TYPE, axum::Json(Answer::refused("a command is JSON"))).into_response();
+    }
+    if body.len() > LONGEST {
+        let words = format!("a command has {LONGEST} bytes at most");
+        return (StatusCode::PAYLOAD_TOO_LARGE, axum::Json(Answer::refused(words))).into_response();
     }
     let command: Command = match serde_json::from_slice(&body) {
         Ok(command) => command,

@@ -60,7 +60,7 @@ pub struct Limits {
     low_deg: f32,
     high_deg: f32,
     open_deg: f32,
-    rate_hz: u16,
+    rate_hz: f64,
     on_fault: OnFault,
     /// As [`fre::drive`] words it.
     drive: String,
@@ -82,7 +82,7 @@ impl Limits {
             low_deg: mount.range[0].to_degrees(),
             high_deg: mount.range[1].to_degrees(),
             open_deg: mount.open_angle.to_degrees(),
-            rate_hz: settings.rate_hz,
+            rate_hz: f64::from(settings.rate_hz),
             on_fault: match settings.on_fault {
                 Reaction::Hold => OnFault::Hold,
                 Reaction::Release => OnFault::Release,
@@ -94,7 +94,7 @@ impl Limits {
     /// The settings with these values for a finger.
     ///
     /// # Errors
-    /// There is no such finger, or the drive is not one.
+    /// There is no such finger, the drive is not one, or the rate not a whole number.
     pub fn change(&self, settings: &Settings, finger: u8) -> Result<Settings, String> {
         let mut changed = *settings;
         let mount = changed.fingers.get_mut(usize::from(finger)).and_then(Option::as_mut);
@@ -109,12 +109,19 @@ impl Limits {
         mount.speed = self.speed_deg_s.to_radians();
         mount.range = [self.low_deg.to_radians(), self.high_deg.to_radians()];
         mount.open_angle = self.open_deg.to_radians();
-        changed.rate_hz = self.rate_hz;
+        changed.rate_hz = self.rate()?;
         changed.on_fault = match self.on_fault {
             OnFault::Hold => Reaction::Hold,
             OnFault::Release => Reaction::Release,
         };
         Ok(changed)
+    }
+
+    /// The rate, as far as settings can have it; the gripper refuses more of them.
+    fn rate(&self) -> Result<u16, String> {
+        let is_whole = self.rate_hz.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&self.rate_hz);
+        let why = || format!("rate_hz = {}; allowed is a whole number from 1 to 1000", self.rate_hz);
+        is_whole.then_some(self.rate_hz as u16).ok_or_else(why)
     }
 }
 
