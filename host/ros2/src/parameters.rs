@@ -52,8 +52,8 @@ const OWN: [Own; 6] = [
         description: "Greatest speed of the motor when ~/grip is called; 0: that of the settings.",
         get: |own| ParameterValue::Double(own.speed_deg_per_s),
         set: Some(|own, value| {
-            let fits = (0.0..=1145.0).contains(&value);
-            fits.then(|| own.speed_deg_per_s = value).ok_or("0 to 1145")
+            let fits = value == 0.0 || (0.06..=1145.0).contains(&value);
+            fits.then(|| own.speed_deg_per_s = value).ok_or("0, or 0.06 to 1145")
         }),
     },
     Own {
@@ -61,8 +61,11 @@ const OWN: [Own; 6] = [
         description: "Motor angle beyond which ~/grip does not close; 180: the end of the settings' range.",
         get: |own| ParameterValue::Double(own.limit_deg),
         set: Some(|own, value| {
-            let fits = (-180.0..=180.0).contains(&value);
-            fits.then(|| own.limit_deg = value).ok_or("-180 to 180")
+            let radians = value.to_radians() as f32;
+            let mut ranges = own.settings.fingers.iter().flatten().map(|mount| mount.range);
+            let fits = value == 180.0 || ranges.all(|[least, most]| (least..=most).contains(&radians));
+            fits.then(|| own.limit_deg = value)
+                .ok_or("180, or an angle in the range of every finger (least_deg to most_deg)")
         }),
     },
     Own {
@@ -148,7 +151,11 @@ impl Parameters {
             return set(&mut self.settings, &format!("{name}={words}")).map_err(|error| error.to_string());
         };
         let change = own.set.ok_or_else(|| format!("{name} cannot be set"))?;
-        let number: f64 = words.parse().map_err(|_| format!("{name}: `{words}` is not a number"))?;
+        let number = match value {
+            ParameterValue::Double(number) => *number,
+            ParameterValue::Integer(number) => *number as f64,
+            _ => return Err(format!("{name}: `{words}` is not a number")),
+        };
         change(self, number).map_err(|allowed| format!("{name} is {number}; allowed is {allowed}"))
     }
 
@@ -210,5 +217,49 @@ fn words(value: &ParameterValue) -> Option<String> {
         ParameterValue::Double(value) => Some(value.to_string()),
         ParameterValue::String(value) => Some(value.clone()),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameters() -> Parameters {
+        Parameters {
+            force_n: 1.0,
+            speed_deg_per_s: 0.0,
+            limit_deg: 180.0,
+            finger: -1,
+            place: String::new(),
+            settings: Settings::DEFAULT,
+        }
+    }
+
+    /// What is taken here is what the gripper takes.
+    #[test]
+    fn what_no_grip_takes_is_refused_here() {
+        let mut own = parameters();
+        let [least, most] = Settings::DEFAULT.fingers[0].unwrap().range.map(f32::to_degrees);
+        let angle = |angle: f32| ParameterValue::Double(f64::from(angle));
+        for (name, value) in [
+            ("grip_limit_deg", angle(most + 1.0)),
+            ("grip_limit_deg", angle(least - 1.0)),
+            ("grip_speed_deg_per_s", ParameterValue::Double(0.01)),
+            ("grip_force_n", ParameterValue::String("2.5".to_owned())),
+            ("grip_force_n", ParameterValue::Double(f64::NAN)),
+        ] {
+            let refused = own.set(name, &value).unwrap_err();
+            assert!(refused.starts_with(name), "{refused}");
+        }
+        assert_eq!(own.grip(), parameters().grip());
+        for (name, value) in [
+            ("grip_limit_deg", angle(most - 1.0)),
+            ("grip_limit_deg", ParameterValue::Integer(180)),
+            ("grip_speed_deg_per_s", ParameterValue::Integer(0)),
+            ("grip_force_n", ParameterValue::Integer(2)),
+        ] {
+            own.set(name, &value).unwrap();
+        }
+        assert_eq!((own.force_n, own.limit_deg), (2.0, 180.0));
     }
 }
