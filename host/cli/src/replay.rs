@@ -10,7 +10,7 @@ use crate::exit::{bad_input, tell, trusted};
 use crate::options::PhysicsWord;
 use crate::output::{ForceArgs, put_out, reads_case};
 use crate::positions;
-use crate::standard::{self, is_standard};
+use crate::standard::{self, is_standard, only_file};
 use crate::view::ViewArgs;
 use fre::study::choice::elements;
 use fre::study::model::Precision;
@@ -47,7 +47,7 @@ pub struct Args {
     /// Writes every recorded report to a Parquet file instead of showing it
     ///
     /// Needs a build with `--features parquet`.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["again", "speed", "at_once"])]
+    #[arg(long, value_name = "FILE", value_parser = only_file, conflicts_with_all = ["again", "speed", "at_once"])]
     parquet: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,

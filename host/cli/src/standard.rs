@@ -2,7 +2,7 @@
 
 use std::io::{BufWriter, ErrorKind, Read as _, Stdout, Write};
 use std::ops::ControlFlow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use fre::case::{Case, CaseError, Document};
@@ -18,6 +18,15 @@ const INPUT: &str = "standard input";
 /// Whether a path stands for standard input or output.
 pub fn is_standard(path: &Path) -> bool {
     path.as_os_str() == "-"
+}
+
+/// A file that cannot be standard output.
+///
+/// # Errors
+/// It is `-`.
+pub fn only_file(words: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(words);
+    if is_standard(&path) { Err("allowed is a file; - is standard output".to_owned()) } else { Ok(path) }
 }
 
 /// Takes standard input for one reader; a second one would find nothing.

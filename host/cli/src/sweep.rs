@@ -13,7 +13,7 @@ use crate::exit::{INTERRUPTED, UNTRUSTWORTHY, bad_input, tell};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, reads_case};
 use crate::progress::ProgressLine;
-use crate::standard::{self, Target, is_standard};
+use crate::standard::{self, Target, is_standard, only_file};
 use fre::case::MAX_ANGLE;
 use fre::files::{Files, Output};
 use fre::study::choice;
@@ -68,7 +68,7 @@ pub struct Args {
     /// Writes the complete sweep as Parquet, too
     ///
     /// An older file of this name is replaced. Needs a build with `--features parquet`.
-    #[arg(long, value_name = "FILE", requires = "out")]
+    #[arg(long, value_name = "FILE", requires = "out", value_parser = only_file)]
     parquet: Option<PathBuf>,
     /// Threads, 0 for one per core
     #[arg(short, long, value_name = "N", default_value_t = 0, env = "FRE_JOBS", hide_env_values = true, value_parser = clap::value_parser!(u16).range(0..=MOST_JOBS))]
@@ -98,7 +98,7 @@ enum Action {
         /// Writes the merged sweep as Parquet, too
         ///
         /// Needs a build with `--features parquet`.
-        #[arg(long, value_name = "FILE")]
+        #[arg(long, value_name = "FILE", value_parser = only_file)]
         parquet: Option<PathBuf>,
         #[command(flatten)]
         force: ForceArgs,
