@@ -260,6 +260,15 @@ impl<T: Real, S: Size> Estimator<T, S> {
         self.show_rubbing(rub, estimate, free);
     }
 
+    /// The follower has come to the place of a turn, rad, that it was behind: the forces there.
+    pub(super) fn turn_at(&mut self, place: f64) {
+        let (rub, reading) = (self.rub(), self.taken(self.follower.solution().reading()));
+        let mut path = rub.path;
+        path.turn_with(&reading);
+        self.keep(Rub { path, place, reading, ..rub });
+        self.jumped();
+    }
+
     /// The finger has jumped: its forces change otherwise than they did.
     pub(super) fn jumped(&mut self) {
         let rub = self.rub();

@@ -31,6 +31,7 @@ mod path;
 mod relaxing;
 #[cfg(test)]
 mod tests;
+mod turn;
 
 use core::ops::ControlFlow;
 
@@ -68,6 +69,9 @@ pub struct Estimator<T: Real, S: Size> {
     placed: bool,
     /// How far back from the measured angle a beginning has been looked for, rad.
     searched: f64,
+    /// The angle that was to be followed to in the last tick, and that of a turn which the follower has not reached yet, rad.
+    asked: f64,
+    due: Option<f64>,
     /// None: the defaults.
     uncertainty: Option<Uncertainty>,
     /// Of the force's magnitude, as last taken.
@@ -133,6 +137,8 @@ impl<T: Real, S: Size> Estimator<T, S> {
         configured: false,
         placed: false,
         searched: 0.0,
+        asked: 0.0,
+        due: None,
         uncertainty: None,
         slopes: Slopes { angle: 0.0, youngs_modulus: 0.0, centre: [0.0; 2], radius: 0.0 },
         differentiated: false,
@@ -297,6 +303,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let followed = if self.follower.rubs() { self.lead_path(motor_angle) } else { motor_angle };
         let [coordinate, ratio] = self.drive.coordinate(followed)?;
         self.ratio = ratio;
+        self.is_level(followed);
         let stands = T::of(coordinate).to_f64() == self.follower.solution().coordinate();
         (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, stands, false);
         let rubs = self.follower.rubs();
@@ -373,15 +380,20 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let place = self.drive.coordinate(followed).filter(|_| ready);
         let [coordinate, ratio] = place.unwrap_or_default();
         self.ratio = ratio;
+        if !self.placed {
+            self.is_level(followed);
+        }
         if place.is_none() {
             estimate.status = Status::OutOfRange;
         } else if !self.placed && !self.place(followed, least) {
             estimate.status =
                 if self.placed || self.searched > 0.0 { Status::MaxIterations } else { Status::OutOfRange };
-        } else if let Some(status) = self.spend_aside(&mut estimate, motor_angle, coordinate, visit) {
-            estimate.status = status;
         } else {
-            self.go(&mut estimate, coordinate, visit);
+            let goal = self.by_way_of_turn(followed, coordinate);
+            match self.spend_aside(&mut estimate, motor_angle, coordinate, visit) {
+                Some(status) => estimate.status = status,
+                None => self.go(&mut estimate, [goal, coordinate], visit),
+            }
         }
         let older = u32::from(is_first);
         estimate.age = if estimate.status.is_trustworthy() { 0 } else { self.last.age.saturating_add(older) };
@@ -397,14 +409,28 @@ impl<T: Real, S: Size> Estimator<T, S> {
         coordinate: f64,
         visit: Visit,
     ) -> Option<Status> {
+        if self.due.is_some() {
+            return None;
+        }
         if self.follower.rubs() {
             return if self.looks_first(coordinate, visit) { self.look_along(estimate) } else { None };
         }
         (self.differentiates_first(coordinate) && self.move_along(estimate, motor_angle)).then_some(Status::Updating)
     }
 
-    /// Follows the motion to a coordinate with the tick's iterations, and reads what it finds.
-    fn go(&mut self, estimate: &mut Estimate, coordinate: f64, visit: Visit) {
+    /// Follows to a coordinate with so many iterations.
+    fn run(&mut self, coordinate: f64, budget: u32) -> Outcome {
+        let settings = self.settings();
+        // A tick that cannot converge makes do with the steps it has time for.
+        let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
+        match settings.one_iteration.or(short) {
+            Some(within) => self.follower.track(coordinate, within, budget),
+            None => self.follower.follow_within(coordinate, budget),
+        }
+    }
+
+    /// Follows the motion to a coordinate with the tick's iterations, by way of a goal on the way there, and reads what it finds.
+    fn go(&mut self, estimate: &mut Estimate, [goal, coordinate]: [f64; 2], visit: Visit) {
         let (settings, rubs, is_first) = (self.settings(), self.follower.rubs(), visit == Visit::First);
         let before = estimate.iterations;
         let counted = |spent: u32| before.saturating_add(spent.min(u32::from(u16::MAX)) as u16);
@@ -417,15 +443,14 @@ impl<T: Real, S: Size> Estimator<T, S> {
             }
         };
         let budget = settings.budget - supposing;
-        // A tick that cannot converge makes do with the steps it has time for.
-        let short = (settings.budget < CONVERGES_WITHIN).then_some(Tracking::DEFAULT);
         // The same angle again: nothing has moved, and nothing is left to do.
         let stands = if rubs { self.rests(coordinate) } else { self.stands(coordinate) };
         self.has_rested = stands;
-        let mut outcome = match settings.one_iteration.or(short) {
-            _ if stands => Outcome::at(self.follower.standing()),
-            Some(within) => self.follower.track(coordinate, within, budget),
-            None => self.follower.follow_within(coordinate, budget),
+        let mut outcome = if stands {
+            Outcome::at(self.follower.standing())
+        } else {
+            let reached = self.run(goal, budget);
+            self.leave_turn(reached, coordinate, budget)
         };
         let is_crowded = rubs && outcome.status == Status::ContactCapacity && settings.budget > 0;
         if is_crowded && self.last.age >= CROWDED_FOR && self.follower.spare_contacts() {

@@ -210,6 +210,11 @@ impl Path {
         self.is_short(backlash).then_some(&self.turned_with)
     }
 
+    /// The forces where it has turned round.
+    pub fn turn_with(&mut self, with: &Reading<f32>) {
+        self.turned_with = *with;
+    }
+
     /// The present motion has begun at a place, rad, with the past that it takes longest to forget, and with its forces.
     pub fn suppose(&mut self, with: &Reading<f32>, at: f64) {
         (self.supposed, self.turned, self.turned_at, self.turned_with) = (true, true, at, *with);

@@ -4,6 +4,7 @@ use super::*;
 use crate::discretise::Physics;
 use crate::drive::{Knots, Travel};
 use crate::object::Motion;
+use crate::random_designs::{Random, random_case};
 use crate::size::{Reduced, Rubbing};
 
 pub(super) const COUNT: f64 = core::f64::consts::TAU / 4096.0;
@@ -214,4 +215,75 @@ fn more_contact_than_there_is_room_for_is_named_and_spares_samples() {
         );
         assert!(mean < 0.01 && worst < 0.06 && compared > 100 && most > 19, "{mean} {worst} {compared} {most}");
     }
+}
+
+/// A finger snaps through, and the motor turns round while the estimator is still on its way over that.
+#[test]
+fn a_snap_before_a_turn_is_not_missed() {
+    let (design, ..) = random_case(&mut Random::new(341));
+    let object = ObjectDesign::Ellipse { centre: [25.340, 57.473], semi_axes: [18.719, 23.889], angle: 2.05456 };
+    for (budget, pace) in [(8, 1.27), (2, 1.0), (30, 1.27)] {
+        let mut estimator: Box<Estimator<f32, Reduced>> = Box::new(Estimator::EMPTY);
+        let how = Discretisation::estimator(Physics::Extended);
+        estimator.configure(&design, &how).expect("a valid finger");
+        estimator.set_object(object).expect("a valid object");
+        estimator.set_budget(budget);
+        let mut exact: Box<Follower<f64, Reduced>> = Box::new(Follower::EMPTY);
+        exact.configure(&design, &how).expect("a valid finger");
+        exact.set_object(object, Motion::Rotating { axis: design.motor_axis });
+        let [open, closed] = [-2.0, 20.67_f64].map(|degrees: f64| degrees.to_radians() / (pace * COUNT));
+        let (mut late, mut snaps) = (0, 0);
+        assert!(exact.start(libm::round(open) * pace * COUNT));
+        for tick in (open as i32..=closed as i32).chain((open as i32..closed as i32).rev()) {
+            let angle = libm::round(f64::from(tick) * pace) * COUNT;
+            let (estimate, outcome) = (estimator.update(angle), exact.follow(angle));
+            snaps += outcome.snaps;
+            if !estimate.status.is_trustworthy() {
+                late += 1;
+                continue;
+            }
+            let [found, expected] = [f64::from(estimate.force_magnitude()), magnitude(exact.solution().force_world())];
+            let apart = (found - expected).abs();
+            assert!(apart < 0.05 * expected.max(1.0), "{budget}, tick {tick}: {found} and {expected}");
+        }
+        assert!(snaps == 2 && (1..150).contains(&late), "{budget}: {snaps} snaps, {late} ticks without an estimate");
+    }
+}
+
+/// With friction: where the motor turns round while there is no time for the estimate, the force of afterwards is that of the way.
+#[test]
+fn a_turn_without_time_for_it_is_in_the_history() {
+    let design = crate::design::ladder_80();
+    let object = ObjectDesign::Circle { centre: [41.0, 45.0], radius: 40.0 };
+    for coefficient in [0.3, 1.0] {
+        for lowest in [5.0, -3.0] {
+            let mut estimator: Box<Estimator<f32, Rubbing>> = Box::new(Estimator::EMPTY);
+            let how = Discretisation::estimator(Physics::Extended);
+            estimator.configure(&design, &how).expect("a valid finger");
+            estimator.set_object(object).expect("a valid object");
+            estimator.set_friction(coefficient).expect("allowed");
+            let mut exact: Box<Follower<f64, Rubbing>> = Box::new(Follower::EMPTY);
+            exact.configure(&design, &how).expect("a valid finger");
+            exact.set_object(object, Motion::Rotating { axis: design.motor_axis });
+            exact.set_friction(coefficient).expect("allowed");
+            let [open, top, low, last] =
+                [-3.0, 10.0, lowest, 8.0].map(|degrees: f64| (degrees.to_radians() / COUNT) as i32);
+            assert!(exact.start(f64::from(open) * COUNT));
+            let mut go = |count: i32, budget: u32| {
+                estimator.set_budget(budget);
+                exact.follow(f64::from(count) * COUNT);
+                (estimator.update(f64::from(count) * COUNT), magnitude(exact.solution().force_world()))
+            };
+            (open..=top).for_each(|count| assert!(go(count, 8).0.status.is_trustworthy(), "{count}"));
+            (low..top).rev().chain(low..=last).for_each(|count| drop(go(count, 0)));
+            let (estimate, expected) = (0..60).map(|_| go(last, 8)).last().expect("sixty ticks");
+            assert!(estimate.status.is_trustworthy(), "{estimate:?}");
+            let found = f64::from(estimate.force_magnitude());
+            assert!((found - expected).abs() < 0.005 * expected, "{coefficient}, {lowest}°: {found} and {expected} N");
+        }
+    }
+}
+
+fn magnitude([x, y]: [f64; 2]) -> f64 {
+    libm::hypot(x, y)
 }
