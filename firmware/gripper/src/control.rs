@@ -147,6 +147,10 @@ async fn take_over<B: Board>(core: &mut Core<'_, B>, servos: &mut Servos<B::Bus>
             Ok(()) => Leadership::has_torque(&mut core.hand, finger, to.is_some()),
             Err(error) => {
                 count::<B::Bus>(core.hand.shared, &error);
+                if let Some(unit) = core.hand.units.get_mut(finger) {
+                    // It may have obeyed, and not answer.
+                    unit.doubted = true;
+                }
                 if let (dynamixel::Error::Refused { error, .. }, Some(goal)) = (error, to) {
                     Leadership::stays_relaxed(&mut core.hand, finger, goal, error);
                 }

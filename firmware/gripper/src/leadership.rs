@@ -273,8 +273,8 @@ impl Leadership {
         let Some(unit) = hand.units.get_mut(finger) else { return };
         unit.doubted = false;
         match look {
-            Ok(Look { holds, is_watched, .. })
-                if unit.health.is_present() && (*is_watched || (unit.torque == Torque::On && !holds)) =>
+            Ok(Look { holds, is_changed, .. })
+                if unit.health.is_present() && (*is_changed || (unit.torque == Torque::On && !holds)) =>
             {
                 self.lost(hand, finger);
             }

@@ -59,8 +59,9 @@ pub(crate) struct Look {
     pub(crate) vitals: Vitals,
     /// It has its torque, or a hardware error, which is reported by itself.
     pub(crate) holds: bool,
-    /// Its Bus Watchdog is armed, or has tripped: it takes no goals, or will take none.
-    pub(crate) is_watched: bool,
+    /// Another program has set its Bus Watchdog, by which it takes no goals, or will take none, or its Status Return Level, by which it does not
+    /// answer whoever writes.
+    pub(crate) is_changed: bool,
 }
 
 /// Each finger's goal, counts; none for a servo without torque.
@@ -356,9 +357,9 @@ impl<U: BusPort> Servos<U> {
         // A long answer would cost every servo's look a tick.
         let asked = bytes.get_mut(..if is_doubted { HOLD_BYTES } else { 1 }).unwrap_or_default();
         let Answer { alert, .. } = self.master.read(id, model.at(HOLD).address(), asked).await?;
-        let [torque, .., watchdog] = bytes;
+        let [torque, _, _, _, level, .., watchdog] = bytes;
         let vitals = Vitals { temperature, voltage: u16::from_le_bytes([low, high]) };
-        Ok(Look { vitals, holds: alert || torque != 0, is_watched: watchdog != 0 })
+        Ok(Look { vitals, holds: alert || torque != 0, is_changed: is_doubted && (level != 2 || watchdog != 0) })
     }
 
     /// Which hardware errors a servo has.

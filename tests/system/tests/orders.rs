@@ -105,6 +105,25 @@ fn a_servo_that_refuses_torque_keeps_no_other_waiting() {
     assert_eq!(bench.servo_of(1).read(xm430::TORQUE_ENABLE), 1);
 }
 
+/// Another program has set a servo without torque to answer reads only: the gripper waits for no answer to its writes for ever, but sets it up
+/// anew.
+#[test]
+fn a_servo_that_answers_no_writes_gets_its_torque() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<Relax>(&Which::All).unwrap();
+    bench.run(SECOND / 10);
+    bench.servo.write(xm430::STATUS_RETURN_LEVEL, 1);
+    let to = CloseTo { fingers: Which::All, angle: 0.02, speed: Some(0.05) };
+    bench.ask::<Close>(&to).unwrap();
+    bench.run(SECOND);
+    assert!(bench.events.contains(&Event::ServoLost { finger: 0, other_master: false }), "{:?}", bench.events);
+    assert_eq!([bench.servo.read(xm430::STATUS_RETURN_LEVEL), bench.servo.read(xm430::TORQUE_ENABLE)], [2, 1]);
+    bench.ask::<Close>(&to).unwrap();
+    bench.run(2 * SECOND);
+    assert_eq!(last(&bench).goal, 0.02);
+}
+
 /// Single answers that are lost while a finger holds are no events: the reports have them.
 #[test]
 fn a_short_wait_is_no_event() {
