@@ -7,7 +7,7 @@ use crate::Model;
 use crate::board::Board;
 use crate::return_delay;
 use crate::shared::Shared;
-use crate::unit::Unit;
+use crate::unit::{Torque, Unit};
 
 /// What scheduler, estimation and leadership have in common.
 pub(crate) struct Hand<'a> {
@@ -46,6 +46,11 @@ impl<'a> Hand<'a> {
     /// Whether a finger whose servo is there grips.
     pub(crate) fn is_any_gripping(&self) -> bool {
         self.units.iter().any(|unit| unit.health.is_present() && unit.grip.is_gripping())
+    }
+
+    /// Whether the torque of a servo that is there is still to be switched off.
+    pub(crate) fn is_any_falling(&self) -> bool {
+        self.units.iter().any(|unit| unit.health.is_present() && unit.torque == Torque::Falling)
     }
 
     /// The finger of this number, whether it is mounted or not.

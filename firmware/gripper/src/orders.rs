@@ -28,7 +28,7 @@ impl Orders {
     pub(crate) const NONE: Self = Self { settings_changed: false, setup_is_new: true, scan: false, is_scanning: false };
 
     /// Obeys one order, if there is one; `waiting` is for one that waits for a transaction's end. The role changes between transactions
-    /// only: after that nothing more is sent.
+    /// only: after that nothing more is sent. Nor does a search begin, or anything of a finger change, before the torque is off that is to be.
     pub(crate) fn obey<B: Board>(
         &mut self,
         waiting: &mut Option<Order>,
@@ -37,10 +37,14 @@ impl Orders {
         between: bool,
     ) {
         receive(waiting, hand.shared);
-        let is_new_role = |command: &Command| matches!(command, Command::Settings(to) if to.role != hand.settings.role);
         // It is obeyed where it lies: a finger's description takes kilobytes of the stack.
         let Some(Order { ticket, command }) = waiting else { return };
-        if !between && is_new_role(command) {
+        let is_early = match command {
+            Command::Settings(to) => (!between && to.role != hand.settings.role) || hand.is_any_falling(),
+            Command::Scan => hand.is_any_falling(),
+            _ => false,
+        };
+        if is_early {
             return;
         }
         // One that was refused meanwhile, because nobody waits for it any more, is never done.

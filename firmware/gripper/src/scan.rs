@@ -30,8 +30,8 @@ pub(crate) async fn scan<B: Board>(
     core.orders.is_scanning = true;
     let (mut all, mut tried) = (0_u16, 0);
     for &baud in rates {
-        // A change of the role waits for the bus, and whatever is asked for waits for that.
-        if core.waiting.is_some() {
+        // A change of the role waits for the bus, and whatever is asked for waits for that. So does torque that is to be off.
+        if core.waiting.is_some() || core.hand.is_any_falling() {
             break;
         }
         tried += 1;

@@ -4,7 +4,7 @@ use dynamixel::xm430;
 use fre_gripper::servo::Config;
 use messages::{
     Close, CloseTo, Event, For, GetCounters, GetObject, Grip, GripTo, Heed, Hold, Mount, Open, Phase, PlaceObject,
-    Refusal, Relax, Report, SetObject, SetSettings, Settings, Silence, Which, Why,
+    Refusal, Relax, Report, Role, Scan, SetObject, SetSettings, Settings, Silence, Which, Why,
 };
 use model_core::object::ObjectDesign;
 use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
@@ -122,6 +122,35 @@ fn a_servo_that_answers_no_writes_gets_its_torque() {
     bench.ask::<Close>(&to).unwrap();
     bench.run(2 * SECOND);
     assert_eq!(last(&bench).goal, 0.02);
+}
+
+/// What is asked for right behind it does not keep a finger from yielding, nor does a search that is under way.
+#[test]
+fn a_finger_yields_whatever_comes_behind() {
+    let settings = Settings::of(GEARED_MOUNT);
+    let torque_after = |ask: fn(&mut Bench, &Settings)| {
+        let mut bench = Bench::new(geared_servo(), &Flash::new());
+        set_up(&mut bench, &settings, OBJECT);
+        ask(&mut bench, &settings);
+        bench.run(SECOND);
+        bench.servo.read(xm430::TORQUE_ENABLE)
+    };
+    let torques = [
+        torque_after(|bench, settings| {
+            bench.ask::<Relax>(&Which::All).unwrap();
+            bench.ask::<SetSettings>(&Settings { role: Role::Idle, ..*settings }).unwrap();
+        }),
+        torque_after(|bench, _| {
+            bench.ask::<Relax>(&Which::All).unwrap();
+            bench.ask::<Scan>(&()).unwrap();
+        }),
+        torque_after(|bench, _| {
+            bench.ask::<Scan>(&()).unwrap();
+            bench.run(SECOND / 10);
+            bench.ask::<Relax>(&Which::All).unwrap();
+        }),
+    ];
+    assert_eq!(torques, [0; 3]);
 }
 
 /// Single answers that are lost while a finger holds are no events: the reports have them.
