@@ -149,7 +149,7 @@ impl Orders {
                 if !matches!(hand.settings.role, Role::Master | Role::Idle) {
                     return Err(Refusal::NotMaster);
                 }
-                if hand.units.iter().any(|unit| unit.grip.is_gripping()) {
+                if hand.is_any_gripping() {
                     return Err(Refusal::Gripping);
                 }
                 self.scan = true;

@@ -153,6 +153,20 @@ fn a_finger_yields_whatever_comes_behind() {
     assert_eq!(torques, [0; 3]);
 }
 
+/// The bus can be searched for a servo that was lost while its finger gripped: nothing else tells where it is.
+#[test]
+fn a_servo_that_is_lost_in_a_grip_can_be_searched_for() {
+    let mut bench = Bench::new(geared_servo(), &Flash::new());
+    set_up(&mut bench, &Settings::of(GEARED_MOUNT), OBJECT);
+    bench.ask::<Grip>(&GripTo { fingers: Which::All, force: 2.0, speed: Some(0.1), limit: None }).unwrap();
+    bench.until("a grip", 20 * SECOND, |report| report.phase == Phase::Gripped);
+    assert_eq!(bench.ask::<Scan>(&()), Err(Refusal::Gripping));
+    bench.meddling = Box::new(|_, _| Vec::new());
+    bench.run(SECOND);
+    assert!(bench.events.contains(&Event::ServoLost { finger: 0, other_master: false }), "{:?}", bench.events);
+    assert_eq!(bench.ask::<Scan>(&()), Ok(()));
+}
+
 /// Single answers that are lost while a finger holds are no events: the reports have them.
 #[test]
 fn a_short_wait_is_no_event() {
