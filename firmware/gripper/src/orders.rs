@@ -259,7 +259,8 @@ fn lead(
 
 /// The greatest force with which a finger presses, as far as is known, N.
 fn present(hand: &Hand<'_>) -> f64 {
-    let known = hand.units.iter().map(|unit| &unit.last.estimate).filter(|estimate| estimate.status.is_trustworthy());
+    let fingers = hand.units.iter().filter(|unit| unit.mount.is_some());
+    let known = fingers.map(|unit| &unit.last.estimate).filter(|estimate| estimate.status.is_trustworthy());
     known.map(|estimate| f64::from(estimate.force_magnitude())).fold(0.0, f64::max)
 }
 

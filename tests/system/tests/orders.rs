@@ -3,11 +3,12 @@
 use dynamixel::xm430;
 use fre_gripper::servo::Config;
 use messages::{
-    Close, CloseTo, Event, For, GetCounters, GetObject, Grip, GripTo, Heed, Hold, Mount, Open, Phase, PlaceObject,
-    Refusal, Relax, Report, Role, Scan, SetObject, SetSettings, Settings, Silence, Which, Why,
+    Carry, CarryTo, Close, CloseTo, Event, For, GetCounters, GetObject, Gravity, Grip, GripTo, Heed, Hold, Mount,
+    Object, Open, Phase, PlaceObject, Refusal, Relax, Report, Role, Scan, SetFinger, SetObject, SetSettings, Settings,
+    Side, Silence, Which, Why,
 };
 use model_core::object::ObjectDesign;
-use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, geared_servo, set_up};
+use system_tests::{Bench, Flash, GEARED_MOUNT, OBJECT, finger, geared_servo, set_up};
 
 const SECOND: u64 = 1_000_000;
 
@@ -165,6 +166,35 @@ fn a_servo_that_is_lost_in_a_grip_can_be_searched_for() {
     bench.run(SECOND);
     assert!(bench.events.contains(&Event::ServoLost { finger: 0, other_master: false }), "{:?}", bench.events);
     assert_eq!(bench.ask::<Scan>(&()), Ok(()));
+}
+
+/// A finger that was taken away while it pressed does not count for the others: they close for a weight as softly as ever.
+#[test]
+fn a_finger_that_is_gone_makes_the_others_press_no_harder() {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mut bench = Bench::of(servo(1), vec![servo(2), servo(3)], &Flash::new());
+    let mut settings = Settings::of(GEARED_MOUNT);
+    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
+    settings.fingers[2] = Some(Mount { servo_id: 3, ..GEARED_MOUNT });
+    set_up(&mut bench, &settings, OBJECT);
+    for number in 0..3 {
+        bench.ask::<SetFinger>(&For { finger: number, what: finger() }).unwrap();
+        let what = Object { design: OBJECT, friction: 0.6 };
+        bench.ask::<SetObject>(&For { finger: number, what }).unwrap();
+    }
+    bench.until("a third finger", 5 * SECOND, |report| report.finger == 2 && report.position != 0);
+    let to = GripTo { fingers: Which::One(2), force: 5.0, speed: Some(0.1), limit: None };
+    bench.ask::<Grip>(&to).unwrap();
+    bench.until("a grip", 20 * SECOND, |report| report.phase == Phase::Gripped);
+    bench.run(SECOND);
+    settings.fingers[2] = None;
+    bench.ask::<SetSettings>(&settings).unwrap();
+    let (gravity, speed) = (Gravity::Across, Some(0.1));
+    let to = CarryTo { weight: 0.2, gravity, safety: 1.0, force: None, speed, limit: None };
+    bench.ask::<Carry>(&to).unwrap();
+    let mut most = 0.0_f64;
+    bench.run_with(10 * SECOND, |_, truth| most = most.max(truth.force[0].hypot(truth.force[1])));
+    assert!(last(&bench).phase == Phase::Gripped && most < 2.0, "{most} N, {:?}", last(&bench));
 }
 
 /// Single answers that are lost while a finger holds are no events: the reports have them.
