@@ -12,7 +12,7 @@ use dynamixel::{Model, Seen};
 use embassy_futures::select::{Either, select};
 use embassy_time::{Duration, Instant, Timer};
 use grip::Health;
-use messages::{Event, For, Object};
+use messages::{Event, For, Object, Role};
 
 use crate::board::{Board, BusPort};
 use crate::bus::{Bus, HeldEars, Job};
@@ -202,6 +202,8 @@ impl<B: Board> Core<'_, B> {
                 self.restart = true;
                 return;
             }
+            // The host has made it a tap meanwhile.
+            Change::Bus(_) if settings.role == Role::Tap => return,
             Change::Bus(bus) => {
                 bus.put_into(&mut settings);
                 (Command::Settings(settings), Key::Settings)

@@ -121,6 +121,25 @@ fn what_the_grip_bears_is_told_to_another_master() {
     assert!((100..20_000).contains(&margin), "{margin} mN");
 }
 
+/// A gripper that the host makes a tap never transmits again, whatever the bus's master has written to it just before.
+#[test]
+fn a_device_that_becomes_a_tap_stays_one() {
+    let mut listener = Listener::new(1);
+    let device = settings(1);
+    let mut buffer = [0; 64];
+    let me = Id::new(GRIPPER).unwrap();
+    let write = dynamixel::encode(&mut buffer, me, Instruction::Write, &[7, 0, GRIPPER + 1]).unwrap();
+    for offset in (0..TICK).step_by(100) {
+        listener.set(&device);
+        listener.bench.run(offset);
+        listener.bench.send::<SetSettings>(&Settings { role: Role::Tap, ..device });
+        listener.bench.run(100);
+        listener.bench.interject(write);
+        listener.bench.run(5 * TICK);
+        assert_eq!(listener.bench.ask::<GetSettings>(&()).role, Role::Tap, "{offset} µs after a tick");
+    }
+}
+
 /// What is set through the link shows in the control table, and one finger more has registers.
 #[test]
 fn a_finger_that_is_added_has_registers() {
