@@ -42,7 +42,7 @@ pub(crate) struct Found {
 pub(crate) struct Rates {
     /// At which a servo is looked for.
     pub(crate) look: u32,
-    /// To which one without torque is set.
+    /// To which one without torque is set, unless others are controlled.
     pub(crate) wanted: Option<u32>,
     /// At which others are controlled.
     pub(crate) bus: Option<u32>,
@@ -188,7 +188,9 @@ impl<U: BusPort> Servos<U> {
                 self.master.set(id, xm430::RETURN_DELAY_TIME, 0).await?;
             }
             delay = 0;
-            if let Some(wanted) = rates.wanted.filter(|wanted| *wanted != baud)
+            // Others that have torque are still where they were: it goes on with them.
+            let wanted = rates.wanted.map(|wanted| rates.bus.unwrap_or(wanted));
+            if let Some(wanted) = wanted.filter(|wanted| *wanted != baud)
                 && let Some(code) = model.baud_code(wanted)
                 && self.reaches(wanted, rates.look)
             {

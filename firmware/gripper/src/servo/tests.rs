@@ -255,6 +255,16 @@ fn servos_come_to_the_rate_that_is_set() {
     assert_eq!(tick(&mut servos).0, [Some(10), Some(20)]);
 }
 
+/// Another rate was set while the servos had torque. One that comes back without goes on at the others' rate: at the new one it would be alone.
+#[test]
+fn a_servo_that_comes_back_stays_at_the_others_rate() {
+    let mut servos = ready(Wire::new([45, 45], true));
+    servos.port_mut().servos[1].1.memory[64] = 0;
+    let rates = Rates { look: 1_000_000, wanted: Some(57_600), bus: Some(1_000_000) };
+    let found = wait_for(servos.bring_up(1, Id::new(2).unwrap(), rates, HOLDS)).map(|found| found.baud);
+    assert_eq!((found.ok(), servos.port_mut().servos[1].1.memory[8]), (Some(1_000_000), 3));
+}
+
 #[test]
 fn everybody_is_discovered_at_his_own_rate() {
     assert_eq!(BAUDS.len(), xm430::BAUD_RATES.len() - 1, "all of the servo's but 9,600");
