@@ -74,6 +74,19 @@ fn a_finger_is_read_at_once() {
     }
 }
 
+/// A finger that is taken away takes its hardware error along: otherwise every answer would have the alert from then on.
+#[test]
+fn a_finger_that_is_gone_alerts_no_more() {
+    let mut table = table(2);
+    table.show(1, &FingerState { alert: true, ..TOUCHING });
+    assert!(table.alert());
+    let bus = BusSettings { id: Id::new(ME).unwrap(), baud_rate: 1_000_000, return_delay: 0 };
+    table.set_bus(&bus, 2);
+    assert!(table.alert());
+    table.set_bus(&bus, 1);
+    assert!(!table.alert());
+}
+
 #[test]
 fn a_force_that_is_not_to_be_trusted_says_so() {
     let mut table = table(1);

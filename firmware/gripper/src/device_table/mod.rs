@@ -162,6 +162,8 @@ impl DeviceTable {
         self.put(BAUD_RATE, xm430::baud_code(bus.baud_rate).unwrap_or(BAUD_RATE.item.default as u8));
         self.put(RETURN_DELAY_TIME, bus.return_delay);
         self.put(FINGERS, fingers.min(BLOCKS) as u8);
+        // Nobody shows the others' any more.
+        self.put(HARDWARE_ERROR_STATUS, self.get(HARDWARE_ERROR_STATUS) & !u8::MAX.unbounded_shl(fingers as u32));
     }
 
     /// Shows what a finger feels. To be called once per tick and finger, and [`Self::show_age`] before each answer.
