@@ -216,8 +216,9 @@ impl Leadership {
         let Found { setup, firmware, baud, goal, .. } = *found;
         let model = setup.model;
         hand.shared.set_servo(finger as u8, Some(setup));
-        // Meanwhile the settings may have named another servo: that one is looked for next.
-        let unit = hand.units.get_mut(finger).filter(|unit| unit.id() == Some(id));
+        // Meanwhile the settings may have named another servo, or another mode: that one is looked for next.
+        let is_wanted = |unit: &&mut Unit<'_>| unit.id() == Some(id) && unit.fence().is_some() == setup.is_fenced();
+        let unit = hand.units.get_mut(finger).filter(is_wanted);
         if let Some(unit) = unit {
             unit.health = Health::READY;
             (unit.difference, unit.doubted) = (None, false);
@@ -328,4 +329,40 @@ pub(crate) fn count<U: BusPort>(shared: &Shared, error: &BusError<U>) {
         };
         *counter = counter.wrapping_add(1);
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use messages::{Mount, ServoSetup};
+
+    use super::*;
+
+    const FOUND: Found = Found {
+        setup: ServoSetup { model: xm430::MODEL, operating_mode: xm430::POSITION_CONTROL, ..ServoSetup::UNREAD },
+        firmware: 45,
+        baud: 1_000_000,
+        goal: 3000,
+        gain: 800,
+        bounds: grip::Bounds { temperature: 80, voltage: 95 },
+        difference: None,
+    };
+
+    /// A hand with one finger, whose servo is gone.
+    fn hand(mount: Mount) -> Hand<'static> {
+        let mut hand = Hand::new(std::boxed::Box::leak(std::boxed::Box::default()));
+        let model = std::boxed::Box::leak(std::boxed::Box::new(crate::Model::EMPTY));
+        assert!(hand.units.push(Unit::new(0, model, Some(mount))).is_ok());
+        hand
+    }
+
+    /// The servo's own limit is chosen while it is just being set up without: it is looked for again.
+    #[test]
+    fn a_servo_that_was_found_in_another_mode_is_looked_for_again() {
+        let id = Id::new(1).unwrap();
+        for (current_fence, is_present) in [(false, true), (true, false)] {
+            let mut hand = hand(Mount { current_fence, ..Mount::DEFAULT });
+            Leadership::found(&mut hand, 0, id, &FOUND);
+            assert_eq!(hand.units[0].health.is_present(), is_present);
+        }
+    }
 }
