@@ -225,6 +225,8 @@ impl Leadership {
             (unit.bounds, unit.watch) = (Some(found.bounds), StrainWatch::FREE);
             unit.servo = ServoModel::of(model).unwrap_or(ServoModel::ASSUMED);
             unit.gain = found.gain;
+            // Its torque may be switched on before it is read.
+            unit.last.position = goal;
             unit.grip.found(unit.calibration.angle(goal));
             if !unit.torque.is_on() {
                 unit.relax();
@@ -353,6 +355,19 @@ mod tests {
         let model = std::boxed::Box::leak(std::boxed::Box::new(crate::Model::EMPTY));
         assert!(hand.units.push(Unit::new(0, model, Some(mount))).is_ok());
         hand
+    }
+
+    /// Unseen and without torque it may have been moved by hand. Switched on before its position is read again, it holds where it was found.
+    #[test]
+    fn a_servo_that_is_found_holds_where_it_was_found() {
+        let id = Id::new(1).unwrap();
+        for torque in [Torque::Off, Torque::Rising] {
+            let mut hand = hand(Mount::DEFAULT);
+            (hand.units[0].torque, hand.units[0].last.position) = (torque, 1000);
+            Leadership::found(&mut hand, 0, id, &FOUND);
+            hand.units[0].rise();
+            assert_eq!(Leadership::new().torque(&hand), Some((0, id, Some(FOUND.goal))), "{torque:?}");
+        }
     }
 
     /// The servo's own limit is chosen while it is just being set up without: it is looked for again.
