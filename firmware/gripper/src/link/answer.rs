@@ -3,6 +3,7 @@
 use core::future::poll_fn;
 
 use embassy_futures::select::{Either, select};
+use embassy_futures::yield_now;
 use embassy_time::{Duration, Instant, Timer, with_deadline};
 use embedded_io_async::Read;
 use embedded_storage::nor_flash::NorFlash;
@@ -62,6 +63,8 @@ async fn keep<F: NorFlash>(shared: &Shared, store: &mut Store<F>) -> ! {
         let is_kept = store.keep(key, &shared).await.is_ok();
         shared.count(|counters| counters.flash_writes = store.writes());
         shared.kept(key, is_kept);
+        // Who waits for this hears of it before the next one is written.
+        yield_now().await;
     }
 }
 
@@ -370,6 +373,7 @@ mod tests {
     use core::pin::pin;
     use core::task::{Context as Polled, Poll, Waker};
     use embassy_time::MockDriver;
+    use embedded_storage::nor_flash::{ErrorType, NorFlashErrorKind, ReadNorFlash};
     use messages::ResetCause;
 
     use super::*;
@@ -418,5 +422,59 @@ mod tests {
         assert_eq!(order.as_mut().poll(polled), Poll::Pending);
         MockDriver::get().advance(WRITING + Duration::from_millis(1));
         assert_eq!(order.as_mut().poll(polled), Poll::Ready(Err(Refusal::NotKept)));
+        one_record_is_kept_right_behind_another();
+    }
+
+    /// Flash while which is read the bus's master has something kept, once.
+    struct Flash([u8; 0x8000], Option<&'static Shared>);
+
+    impl ErrorType for Flash {
+        type Error = NorFlashErrorKind;
+    }
+
+    impl ReadNorFlash for Flash {
+        const READ_SIZE: usize = 1;
+
+        fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), NorFlashErrorKind> {
+            bytes.copy_from_slice(&self.0[offset as usize..][..bytes.len()]);
+            assert!(self.1.take().is_none_or(|shared| shared.keep_soon(Key::Object(0))));
+            Ok(())
+        }
+
+        fn capacity(&self) -> usize {
+            self.0.len()
+        }
+    }
+
+    impl NorFlash for Flash {
+        const WRITE_SIZE: usize = 4;
+        const ERASE_SIZE: usize = 0x1000;
+
+        fn erase(&mut self, from: u32, to: u32) -> Result<(), NorFlashErrorKind> {
+            self.0[from as usize..to as usize].fill(0xFF);
+            Ok(())
+        }
+
+        fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+            self.0[offset as usize..][..bytes.len()].copy_from_slice(bytes);
+            Ok(())
+        }
+    }
+
+    /// The host hears that its record is kept though that of the bus's master is written right behind it.
+    fn one_record_is_kept_right_behind_another() {
+        static SHARED: Shared = Shared::new();
+        let polled = &mut Polled::from_waker(Waker::noop());
+        let mut place = Vec::new();
+        let store = Store::begun(&mut place, Flash([0xFF; 0x8000], Some(&SHARED))).unwrap();
+        let mut context = context(&SHARED);
+        let order = context.asked((), |()| Command::Scan).order_and_keep(Key::Settings);
+        let mut both = pin!(select(keep(&SHARED, store), order));
+        assert!(both.as_mut().poll(polled).is_pending());
+        let ticket = SHARED.orders.try_receive().expect("an order").ticket;
+        assert!(SHARED.claim(ticket));
+        SHARED.answer(ticket, Ok(Default::default()));
+        assert!(both.as_mut().poll(polled).is_pending());
+        assert!(matches!(both.as_mut().poll(polled), Poll::Ready(Either::Second(Ok(())))));
     }
 }
