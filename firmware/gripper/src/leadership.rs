@@ -274,7 +274,7 @@ impl Leadership {
     /// program has written to it.
     pub(crate) fn looked<U: BusPort>(&self, hand: &mut Hand<'_>, finger: usize, look: &Result<Look, BusError<U>>) {
         let Some(unit) = hand.units.get_mut(finger) else { return };
-        unit.doubted = false;
+        unit.doubted &= look.is_err();
         match look {
             Ok(Look { holds, is_changed, .. })
                 if unit.health.is_present() && (*is_changed || (unit.torque == Torque::On && !holds)) =>

@@ -197,6 +197,32 @@ fn a_finger_that_is_gone_makes_the_others_press_no_harder() {
     assert!(last(&bench).phase == Phase::Gripped && most < 2.0, "{most} N, {:?}", last(&bench));
 }
 
+/// During a search a servo's Bus Watchdog trips that another program has armed. The look that shows it is repeated if its answer is lost.
+#[test]
+fn a_look_whose_answer_is_lost_is_repeated() {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+    let mut settings = Settings::of(GEARED_MOUNT);
+    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
+    set_up(&mut bench, &settings, OBJECT);
+    bench.run(3 * SECOND);
+    bench.servo_of(1).write(xm430::BUS_WATCHDOG, 5);
+    bench.ask::<Scan>(&()).unwrap();
+    while !bench.events.iter().any(|event| matches!(event, Event::ScanDone { .. })) {
+        bench.run(SECOND / 1000);
+    }
+    assert_eq!(bench.servo_of(1).read(xm430::BUS_WATCHDOG), -1);
+    let mut is_lost = false;
+    bench.meddling = Box::new(move |to_servo, bytes| {
+        // A read of the second one's voltage.
+        let is_look = to_servo && bytes.get(4..9) == Some(&[2, 7, 0, 2, 144]);
+        if is_look && !core::mem::replace(&mut is_lost, true) { Vec::new() } else { bytes }
+    });
+    bench.run(SECOND);
+    let servo = bench.servo_of(1);
+    assert_eq!((servo.read(xm430::BUS_WATCHDOG), servo.read(xm430::TORQUE_ENABLE)), (0, 1));
+}
+
 /// Single answers that are lost while a finger holds are no events: the reports have them.
 #[test]
 fn a_short_wait_is_no_event() {
