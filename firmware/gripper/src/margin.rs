@@ -137,10 +137,14 @@ impl Margins {
         if fingers.clone().all(|unit| unit.grip.carries()) {
             return fingers.all(|unit| unit.grip.is_there());
         }
-        // Those that still grip keep what they have.
+        self.end_carry(hand);
+        false
+    }
+
+    /// The fingers close for no weight any more: those that still grip keep what they have.
+    pub(crate) fn end_carry(&mut self, hand: &mut Hand<'_>) {
         hand.units.iter_mut().for_each(|unit| unit.grip.keep());
         self.carried = None;
-        false
     }
 
     /// One step of a round under way, if it ends within what is left of the period: for a gripper that waits for another master. Whether it took

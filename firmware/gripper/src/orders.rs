@@ -125,6 +125,7 @@ impl Orders {
                 }
                 if is_other_hand {
                     estimation.put_back(hand);
+                    estimation.margins.end_carry(hand);
                 }
                 estimation.support(hand, settings.support);
                 hand.settings = settings;

@@ -223,6 +223,30 @@ fn a_look_whose_answer_is_lost_is_repeated() {
     assert_eq!((servo.read(xm430::BUS_WATCHDOG), servo.read(xm430::TORQUE_ENABLE)), (0, 1));
 }
 
+/// Of two fingers that close for a weight one is taken away: the other one keeps what it has, and says so.
+#[test]
+fn a_finger_that_is_left_of_two_keeps_its_force() {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
+    let mut settings = Settings::of(GEARED_MOUNT);
+    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
+    set_up(&mut bench, &settings, OBJECT);
+    for number in 0..2 {
+        bench.ask::<SetFinger>(&For { finger: number, what: finger() }).unwrap();
+        let what = Object { design: OBJECT, friction: 0.6 };
+        bench.ask::<SetObject>(&For { finger: number, what }).unwrap();
+    }
+    bench.until("a second finger", 5 * SECOND, |report| report.finger == 1 && report.position != 0);
+    let (gravity, speed) = (Gravity::Across, Some(0.1));
+    let to = CarryTo { weight: 0.2, gravity, safety: 1.0, force: None, speed, limit: None };
+    bench.ask::<Carry>(&to).unwrap();
+    bench.run(SECOND / 10);
+    settings.fingers[1] = None;
+    bench.ask::<SetSettings>(&settings).unwrap();
+    bench.run(10 * SECOND);
+    assert_eq!(last(&bench).phase, Phase::Gripped);
+}
+
 /// Single answers that are lost while a finger holds are no events: the reports have them.
 #[test]
 fn a_short_wait_is_no_event() {
