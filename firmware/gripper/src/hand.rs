@@ -49,6 +49,7 @@ impl<'a> Hand<'a> {
     }
 
     /// Whether the torque of a servo that is there is still to be switched off.
+    #[inline(never)]
     pub(crate) fn is_any_falling(&self) -> bool {
         self.units.iter().any(|unit| unit.health.is_present() && unit.torque == Torque::Falling)
     }
