@@ -86,7 +86,7 @@ pub const MPS2: Board = Board {
     fingers: 4,
     wanted_hz: 500,
     flash: [0, 4096 * KB],
-    flash_budget: 704 * KB,
+    flash_budget: 708 * KB,
     stack: 512 * KB,
     ram: 3584 * KB,
     ram_budget: 512 * KB,
