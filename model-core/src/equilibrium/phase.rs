@@ -35,6 +35,11 @@ impl<T: Real, S: Size, O: Object<T>> Follower<T, S, O> {
         self.named(outcome)
     }
 
+    /// It is on the way from the end of a branch to rest.
+    pub(crate) fn is_folding(&self) -> bool {
+        matches!(self.phase, Phase::Folding { .. })
+    }
+
     /// Where it is room that lacks, iterations are of no use.
     pub(super) fn named(&self, outcome: Outcome) -> Outcome {
         match outcome.status {

@@ -3,8 +3,9 @@
 //! The estimator keeps the equilibrium of the last tick and follows it to the new angle with at most
 //! [`EstimatorSettings::budget`] Newton iterations. When that is not enough, or when the solver does not vouch for the
 //! result, the estimate repeats the last trustworthy numbers with a status that is not trustworthy and an age above zero,
-//! and the next tick goes on from where this one stopped, or this one does, for who has time left ([`Estimator::go_on`]). An object set while
-//! the finger is on it is approached anew from the open finger, over as many ticks as that takes.
+//! and the next tick goes on from where this one stopped, or this one does, for who has time left ([`Estimator::go_on`]). Where the motor turns
+//! round meanwhile, the estimate goes by way of that turn. An object set while the finger is on it is approached anew from the open finger, over
+//! as many ticks as that takes.
 //!
 //! With friction the force depends on the way ([`Interval`]): the history follows the measured angle with a play of one count, and the rest
 //! of the angle goes into the force by its derivative. While the way is not known, the force is the middle of an interval, whose width is in

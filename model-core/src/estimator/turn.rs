@@ -4,7 +4,7 @@
 //! follower has come there, the follower goes to the place of the turn first. A further turn meanwhile is not kept: with friction the way
 //! is unknown then.
 
-use super::Estimator;
+use super::{Estimator, SHORT_WAY};
 use crate::equilibrium::Outcome;
 use crate::real::Real;
 use crate::size::Size;
@@ -21,12 +21,17 @@ impl<T: Real, S: Size> Estimator<T, S> {
     pub(super) fn by_way_of_turn(&mut self, to: f64, coordinate: f64) -> f64 {
         let (heads, asked) = (self.due.unwrap_or(self.asked), core::mem::replace(&mut self.asked, to));
         let was_due = self.due.take().is_some();
-        if self.last.age == 0 || !self.follower.has_equilibrium() || self.follower.approaches() {
+        // Where the branch ends, or contacts find no room, more iterations lead nowhere.
+        let is_behind = matches!(self.last.status, Status::MaxIterations | Status::Updating);
+        if !is_behind || !self.follower.has_equilibrium() || self.follower.approaches() {
             return coordinate;
         }
         let Some([goal, _]) = self.drive.coordinate(heads) else { return coordinate };
         let missing = T::of(goal).to_f64() - self.follower.solution().coordinate();
-        if (coordinate - goal) * missing >= 0.0 {
+        // What friction remembers of a short way is little.
+        let is_short =
+            self.follower.rubs() && !self.follower.is_folding() && missing.abs() <= SHORT_WAY * self.ratio.abs();
+        if is_short || (coordinate - goal) * missing >= 0.0 {
             return coordinate;
         }
         self.due = Some(heads);
@@ -36,11 +41,13 @@ impl<T: Real, S: Size> Estimator<T, S> {
         goal
     }
 
-    /// Goes on to a coordinate from a turn, once the follower has reached that, with what is left of so many iterations.
+    /// Goes on to a coordinate from a turn, once the follower has reached that or has found no way to it, with what is left of so many iterations.
     pub(super) fn leave_turn(&mut self, reached: Outcome, coordinate: f64, budget: u32) -> Outcome {
-        let Some(turn) = self.due.filter(|_| reached.status.is_trustworthy()) else { return reached };
-        self.due = None;
-        if self.follower.rubs() {
+        if matches!(reached.status, Status::MaxIterations | Status::Updating) {
+            return reached;
+        }
+        let Some(turn) = self.due.take() else { return reached };
+        if self.follower.rubs() && reached.status.is_trustworthy() {
             self.turn_at(turn);
         }
         let left = budget.saturating_sub(reached.iterations);
