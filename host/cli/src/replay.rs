@@ -162,6 +162,9 @@ fn recording(args: &Args) -> ExitCode {
     }
 }
 
+#[cfg(feature = "ros2")]
+pub use run::times;
+
 #[cfg(feature = "record")]
 mod run {
     use std::io::Write;
@@ -186,10 +189,7 @@ mod run {
     /// Shows it.
     pub(super) fn show(args: &Args) -> ExitCode {
         let opened = || -> Result<_, Failure> {
-            if !(args.speed > 0.0 && args.speed <= 1e6) {
-                return Err(format!("--speed is {}; allowed is above 0 to 1e6", args.speed).into());
-            }
-            let speed = if args.at_once { Speed::AtOnce } else { Speed::Times(args.speed) };
+            let speed = if args.at_once { Speed::AtOnce } else { times(args.speed)? };
             let again = args.again.then(|| changes(args)).transpose()?.map(Again::new);
             let stop = stop_flag()?;
             Ok((Arc::new(Playback::open(&args.file, speed, again)?), stop))
@@ -208,6 +208,11 @@ mod run {
             (Ok(()), Some(why)) => bad_input(&why),
             (Ok(()), None) => ExitCode::SUCCESS,
         }
+    }
+
+    /// What `--speed` names.
+    pub fn times(times: f64) -> Result<Speed, String> {
+        Speed::times(times).ok_or_else(|| format!("--speed is {times:?}; allowed is {}", Speed::ALLOWED))
     }
 
     /// What is changed.

@@ -101,12 +101,13 @@ mod run {
     use std::sync::atomic::AtomicBool;
     use std::time::Duration;
 
-    use fre_gripper::record::{Recording, Speed, beginning};
+    use fre_gripper::record::{Recording, beginning};
     use fre_gripper::source::{Origin, Setup};
     use fre_ros2::{Mapping, Node, Options, Qos, linger, live, replay, wait_for_subscribers};
 
     use super::{Args, MappingWord, QosWord};
     use crate::output::put_out;
+    use crate::replay::times;
     use crate::signals::stop_flag;
 
     type Failure = Box<dyn std::error::Error>;
@@ -136,9 +137,7 @@ mod run {
     }
 
     fn recorded(args: &Args, file: &Path, options: &Options, stop: &AtomicBool) -> Result<Node, Failure> {
-        if !(args.speed > 0.0 && args.speed <= 1e6) {
-            return Err(format!("--speed is {}; allowed is above 0 to 1e6", args.speed).into());
-        }
+        let speed = times(args.speed)?;
         let longest = time("--linger", args.linger)?;
         args.source.no_bus("a recording")?;
         let mut recording = Recording::open(file)?;
@@ -149,7 +148,7 @@ mod run {
         if args.wait_for_subscribers {
             wait_for_subscribers(&node, stop);
         }
-        replay(&mut node, &mut recording, Speed::Times(args.speed), stop)?;
+        replay(&mut node, &mut recording, speed, stop)?;
         linger(&node, longest, stop);
         Ok(node)
     }

@@ -86,16 +86,7 @@ impl Playback {
         }
         setup.origin = Origin::Recording;
         setup.place = format!("{} of {}", path.display(), setup.place);
-        let shared = Arc::new(Shared {
-            listeners: Listeners::default(),
-            setup: Mutex::new(setup),
-            messages: AtomicU64::new(0),
-            missing: AtomicU64::new(0),
-            damages: Mutex::default(),
-            stop: AtomicBool::new(false),
-            closed: AtomicBool::new(false),
-            failed: Mutex::new(None),
-        });
+        let shared = Arc::new(Shared::new(setup));
         let for_thread = shared.clone();
         let thread = std::thread::Builder::new().name("playback".into());
         let thread = thread.spawn(move || for_thread.play(recording, speed, again)).map_err(PlayError::Start)?;
@@ -118,15 +109,27 @@ fn lock<X>(mutex: &Mutex<X>) -> MutexGuard<'_, X> {
 }
 
 impl Shared {
+    fn new(setup: Setup) -> Self {
+        Self {
+            listeners: Listeners::default(),
+            setup: Mutex::new(setup),
+            messages: AtomicU64::new(0),
+            missing: AtomicU64::new(0),
+            damages: Mutex::default(),
+            stop: AtomicBool::new(false),
+            closed: AtomicBool::new(false),
+            failed: Mutex::new(None),
+        }
+    }
+
     fn play(&self, recording: Recording, speed: Speed, again: Option<Again>) {
+        let _end = End(self);
         while self.listeners.is_empty() && !self.stop.load(Ordering::Acquire) {
             std::thread::sleep(GLANCE);
         }
         if let Err(why) = self.tell_all(recording, speed, again) {
             *lock(&self.failed) = Some(why);
         }
-        self.closed.store(true, Ordering::Release);
-        self.listeners.close();
     }
 
     fn tell_all(&self, recording: Recording, speed: Speed, mut again: Option<Again>) -> Result<(), String> {
@@ -181,6 +184,19 @@ impl Shared {
     }
 }
 
+/// Ends the recording for all listeners when its thread ends, also by a panic: they would wait for ever.
+struct End<'a>(&'a Shared);
+
+impl Drop for End<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            *lock(&self.0.failed) = Some("the recording was not played to its end: a fault of this program".to_owned());
+        }
+        self.0.closed.store(true, Ordering::Release);
+        self.0.listeners.close();
+    }
+}
+
 impl Source for Playback {
     fn setup(&self) -> Result<Setup, OrderError> {
         Ok(lock(&self.shared.setup).clone())
@@ -218,5 +234,36 @@ impl Drop for Playback {
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use messages::{PROTOCOL_VERSION, Settings};
+
+    #[test]
+    fn a_panic_ends_the_recording_for_its_listeners() {
+        let setup = Setup {
+            origin: Origin::Recording,
+            place: "a test".to_owned(),
+            board: "bench".to_owned(),
+            firmware: "1.2.3".to_owned(),
+            protocol: PROTOCOL_VERSION,
+            cost_hz: 1,
+            settings: Settings::DEFAULT,
+            models: Vec::new(),
+        };
+        let shared = Arc::new(Shared::new(setup));
+        let heard = shared.listeners.add(1);
+        let for_thread = shared.clone();
+        let thread = std::thread::spawn(move || {
+            let _end = End(&for_thread);
+            panic!("on purpose");
+        });
+        assert!(thread.join().is_err());
+        assert_eq!(heard.iter().count(), 0, "the channel has ended");
+        assert!(shared.closed.load(Ordering::Acquire));
+        assert!(lock(&shared.failed).as_ref().is_some_and(|why| why.contains("not played to its end")));
     }
 }
