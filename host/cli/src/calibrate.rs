@@ -24,6 +24,9 @@ use fre::fit::calibrate::{
 use fre::fit::measured::MeasuredError;
 use fre::study::model::Precision;
 
+/// Arguments that need measurements, which a plan has not.
+const MEASURED: [&str; 8] = ["measurements", "both_ways", "write", "send", "finger", "on_top", "plot", "plot_theme"];
+
 /// Fit modulus, zero angle, object offset or dimensions to measurements, with uncertainties.
 ///
 /// The first CSV belongs to the first case, and so on; a single case serves all CSVs. Each case has its own object, all have
@@ -89,13 +92,13 @@ pub struct Args {
     /// No CSV is read. The table has the columns time_s and motor_angle_deg, a row per reading; `fre gripper run` moves a finger along it.
     /// The values of the cases take the place of the truth. For friction it closes and opens; for a material with memory it closes, holds, opens,
     /// rests, and closes at a tenth of the speed. - is standard output, which then has the table in place of the results.
-    #[arg(long, value_name = "MOTION.csv", conflicts_with_all = ["measurements", "both_ways", "write", "send", "plot"])]
+    #[arg(long, value_name = "MOTION.csv", conflicts_with_all = MEASURED)]
     plan: Option<PathBuf>,
     /// Highest motor angle of the plan [default: that of the first case]
-    #[arg(long, value_name = "DEG", requires = "plan", allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", requires = "plan", conflicts_with_all = MEASURED, allow_negative_numbers = true)]
     to_deg: Option<f64>,
     /// Speed of the plan's closing [default: 10 with memory, else 1]
-    #[arg(long, value_name = "DEG/S", requires = "plan", value_parser = positive)]
+    #[arg(long, value_name = "DEG/S", requires = "plan", conflicts_with_all = MEASURED, value_parser = positive)]
     speed_deg_per_s: Option<f64>,
     /// Sends the calibration to a gripper, and reads it back
     ///

@@ -54,7 +54,7 @@ pub struct Args {
     /// Address of the live page
     ///
     /// Without a port it is 7878. If other machines can reach it, the page needs the token that is printed with it.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live", value_parser = page_address)]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "live", conflicts_with = "seconds", value_parser = page_address)]
     listen: SocketAddr,
 }
 

@@ -76,10 +76,10 @@ enum Action {
         /// Where its weight pulls, or `normal`: across the fingers' plane
         ///
         /// Degrees from x of the gripper frame, counter-clockwise.
-        #[arg(long, value_name = "DEG|normal", requires = "hold_mass_kg", value_parser = gravity, allow_hyphen_values = true)]
+        #[arg(long, value_name = "DEG|normal", requires = "hold_mass_kg", conflicts_with = "which", value_parser = gravity, allow_hyphen_values = true)]
         gravity_deg: Option<Gravity>,
         /// How many times the weight the grip is to bear before the object slips
-        #[arg(long, value_name = "FACTOR", default_value_t = 2.0, requires = "hold_mass_kg")]
+        #[arg(long, value_name = "FACTOR", default_value_t = 2.0, requires = "hold_mass_kg", conflicts_with = "which")]
         safety: f32,
         /// Greatest speed [default: the settings' own]
         #[arg(long, value_name = "DEG/S")]

@@ -44,6 +44,8 @@ mod positions;
 mod progress;
 #[cfg(feature = "gripper")]
 mod replay;
+#[cfg(test)]
+mod requirements;
 #[cfg(feature = "gripper")]
 mod ros2;
 mod schema;

@@ -65,29 +65,29 @@ pub struct Args {
     #[arg(long)]
     again: bool,
     /// With --again: shows the new estimates instead of comparing them
-    #[arg(long, requires = "again", conflicts_with = "csv")]
+    #[arg(long, requires = "again", conflicts_with_all = ["csv", "parquet"])]
     show: bool,
     /// With --again: finger and object of a case file
     ///
     /// Repeated, there is one per finger, and the last one is for all behind it.
-    #[arg(long, value_name = "CASE.toml", requires = "again")]
+    #[arg(long, value_name = "CASE.toml", requires = "again", conflicts_with = "parquet")]
     case: Vec<PathBuf>,
     /// With --again: another Young's modulus
-    #[arg(long, value_name = "PA", requires = "again")]
+    #[arg(long, value_name = "PA", requires = "again", conflicts_with = "parquet")]
     youngs_modulus_pa: Option<f64>,
     /// With --again: another setting, as finger.0.zero_counts=2050; may be repeated
-    #[arg(long, value_name = "KEY=VALUE", requires = "again")]
+    #[arg(long, value_name = "KEY=VALUE", requires = "again", conflicts_with = "parquet")]
     set: Vec<String>,
     /// With --again: elements as B/H, or paper, reduced, fine
     ///
     /// The default is as recorded, and fine for a --case.
-    #[arg(long, value_name = "B/H", value_parser = elements, requires = "again")]
+    #[arg(long, value_name = "B/H", value_parser = elements, requires = "again", conflicts_with = "parquet")]
     elements: Option<Elements>,
     /// With --again: physics [default: as recorded; extended for a --case]
-    #[arg(long, value_enum, requires = "again")]
+    #[arg(long, value_enum, requires = "again", conflicts_with = "parquet")]
     physics: Option<PhysicsWord>,
     /// With --again: floating-point precision; the microcontroller's is f32
-    #[arg(long, value_enum, default_value = "f64", requires = "again")]
+    #[arg(long, value_enum, default_value = "f64", requires = "again", conflicts_with = "parquet")]
     precision: PrecisionWord,
 }
 

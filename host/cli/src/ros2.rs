@@ -8,6 +8,9 @@ use clap::ValueEnum;
 use crate::exit::bad_input;
 use crate::source::SourceArgs;
 
+/// Arguments of a live source, which no recording has.
+const LIVE: [&str; 3] = ["link", "bus", "seconds"];
+
 /// Publish forces as a node of ROS 2, without a ROS installation
 ///
 /// The source is a gripper (--link), servos on this PC's bus (--bus) or a recording, whose messages have the times of the recording.
@@ -20,12 +23,12 @@ use crate::source::SourceArgs;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// A recording instead of a gripper or a bus
-    #[arg(value_name = "FILE.mcap", conflicts_with_all = ["link", "bus"])]
+    #[arg(value_name = "FILE.mcap", conflicts_with_all = LIVE)]
     file: Option<PathBuf>,
     #[command(flatten)]
     source: SourceArgs,
     /// Stops after this time [default: when the source ends]
-    #[arg(long, value_name = "S", conflicts_with = "file")]
+    #[arg(long, value_name = "S")]
     seconds: Option<f64>,
     /// The node's name
     #[arg(long, value_name = "NAME", default_value = "fre")]
@@ -48,15 +51,15 @@ pub struct Args {
     #[arg(long, value_enum, value_name = "MAPPING", default_value = "enhanced")]
     services: MappingWord,
     /// Begins as soon as the force of every finger has a subscriber
-    #[arg(long, requires = "file")]
+    #[arg(long, requires = "file", conflicts_with_all = LIVE)]
     wait_for_subscribers: bool,
     /// Speed at which a recording is played; 2 is twice as fast
-    #[arg(long, value_name = "TIMES", default_value_t = 1.0, requires = "file")]
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, requires = "file", conflicts_with_all = LIVE)]
     speed: f64,
     /// Stays this long after a recording's end, for subscribers that are late
     ///
     /// They may still fetch what they have missed; without subscribers it ends at once.
-    #[arg(long, value_name = "S", default_value_t = 1.0, requires = "file")]
+    #[arg(long, value_name = "S", default_value_t = 1.0, requires = "file", conflicts_with_all = LIVE)]
     linger: f64,
 }
 

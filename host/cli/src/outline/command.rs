@@ -90,7 +90,7 @@ pub struct Args {
     #[arg(long, value_name = "FILE.toml")]
     camera: Option<PathBuf>,
     /// Writes the camera found from the checkerboards
-    #[arg(long, value_name = "FILE.toml", requires = "checkerboard")]
+    #[arg(long, value_name = "FILE.toml", requires = "checkerboard", conflicts_with = "camera")]
     save_camera: Option<PathBuf>,
     /// First arc length along the front beam [default: its thickness]
     #[arg(long, value_name = "MM")]

@@ -27,10 +27,10 @@ pub struct ViewArgs {
     /// Address of the page
     ///
     /// Without a port it is 7878. If other machines can reach it, the page needs the token that is printed with it.
-    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web", value_parser = page_address)]
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:7878", requires = "web", conflicts_with = "lines", value_parser = page_address)]
     listen: SocketAddr,
     /// Opens the page in a browser
-    #[arg(long, requires = "web")]
+    #[arg(long, requires = "web", conflicts_with = "lines")]
     open: bool,
 }
 
