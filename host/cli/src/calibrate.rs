@@ -11,7 +11,7 @@ use model_core::drive::Drive;
 
 use crate::exit::{UNTRUSTWORTHY, bad_input, tell};
 use crate::options::{ModelArgs, refused};
-use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::output::{self, Picture, PlotArgs, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::send::{Address, transmit};
 use crate::standard::{self, Target, is_standard};
@@ -220,17 +220,12 @@ fn calibrate(args: &Args) -> Result<bool, String> {
 /// Refuses two documents on standard output; the results as text give way to another one.
 fn one_document(args: &Args) -> Result<(), String> {
     let there = |path: &Option<PathBuf>| path.as_deref().is_some_and(is_standard);
-    let documents = [
+    output::one_document([
         ("--write -", there(&args.write)),
         ("--plan -", there(&args.plan)),
         ("--plot -", args.plot.takes_output()),
         ("--format json", matches!(args.format, Format::Json)),
-    ];
-    let mut named = documents.into_iter().filter_map(|(option, is_there)| is_there.then_some(option));
-    match (named.next(), named.next()) {
-        (Some(one), Some(other)) => Err(format!("{one} and {other}: standard output has room for one of them")),
-        _ => Ok(()),
-    }
+    ])
 }
 
 /// Refuses what cannot be fitted to these cases.

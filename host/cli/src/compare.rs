@@ -9,7 +9,7 @@ use model_core::discretise::DiscretiseError;
 
 use crate::exit::{bad_input, tell, trusted};
 use crate::options::{ModelArgs, refused};
-use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::output::{Picture, PlotArgs, one_document, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::standard::{self, is_standard};
 use fre::case::Case;
@@ -108,6 +108,12 @@ fn folder(args: &Args) -> PathBuf {
 fn plot(args: &Args) -> Result<Option<Picture>, String> {
     let mut files = args.plot.files();
     let words = |error: FileError| error.to_string();
+    // The results as text give way to a picture.
+    one_document([
+        ("--plot -", args.plot.takes_output()),
+        ("--format json", matches!(args.format, Format::Json)),
+        ("--format csv", matches!(args.format, Format::Csv)),
+    ])?;
     reads_case(&mut files, &args.case).map_err(words)?;
     match &args.measured {
         Some(measured) if is_standard(measured) => {}

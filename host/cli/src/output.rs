@@ -139,6 +139,18 @@ impl Picture {
     }
 }
 
+/// Refuses two documents on standard output, each with its option and whether it was asked for; results as text are none.
+///
+/// # Errors
+/// Two are asked for.
+pub fn one_document<'o>(documents: impl IntoIterator<Item = (&'o str, bool)>) -> Result<(), String> {
+    let mut named = documents.into_iter().filter_map(|(option, is_there)| is_there.then_some(option));
+    match (named.next(), named.next()) {
+        (Some(one), Some(other)) => Err(format!("{one} and {other}: standard output has room for one of them")),
+        _ => Ok(()),
+    }
+}
+
 /// Writes a result to standard output. A reader that stops early (`fre … | head`) is not a failure; a full disk is.
 ///
 /// # Errors

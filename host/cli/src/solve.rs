@@ -8,7 +8,7 @@ use model_core::discretise::DiscretiseError;
 
 use crate::exit::{bad_input, detail, tell, trusted};
 use crate::options::{ModelArgs, refused};
-use crate::output::{Picture, PlotArgs, put_out, reads_case};
+use crate::output::{Picture, PlotArgs, one_document, put_out, reads_case};
 use crate::progress::ProgressLine;
 use crate::standard::{self, Target, is_standard};
 use fre::case::Case;
@@ -128,9 +128,13 @@ fn plots(args: &Args) -> Result<(Option<Picture>, Option<Target>), String> {
     let mut files = args.plot.files();
     reads_case(&mut files, &args.case).map_err(|error| error.to_string())?;
     let plot = args.plot.picture(&mut files)?;
-    if args.plot.takes_output() && args.animate.as_deref().is_some_and(is_standard) {
-        return Err("--plot - and --animate -: standard output has room for one of them".to_owned());
-    }
+    // The results as text give way to a picture.
+    one_document([
+        ("--plot -", args.plot.takes_output()),
+        ("--animate -", args.animate.as_deref().is_some_and(is_standard)),
+        ("--format json", matches!(args.format, Format::Json)),
+        ("--format csv", matches!(args.format, Format::Csv)),
+    ])?;
     let moving = args.animate.as_deref().map(|file| match draw::Format::of(file) {
         _ if is_standard(file) => Ok(Target::Standard),
         Ok(draw::Format::Svg) => Target::of(&mut files, file, "--animate").map_err(|error| error.to_string()),

@@ -136,6 +136,22 @@ fn what_is_there_is_overwritten_on_request_only() {
 
 #[cfg(unix)]
 #[test]
+fn standard_output_has_room_for_one_document() {
+    let folder = Folder::new();
+    for (words, one, other) in [
+        ("solve case.toml --plot - --format json", "--plot -", "--format json"),
+        ("solve case.toml --animate - --format csv", "--animate -", "--format csv"),
+        ("solve case.toml --plot - --animate -", "--plot -", "--animate -"),
+        ("compare case.toml -m measured.csv --plot - --format json", "--plot -", "--format json"),
+        ("compare case.toml -m measured.csv --plot - --format csv", "--plot -", "--format csv"),
+        ("calibrate measured.csv -c case.toml --plot - --format json", "--plot -", "--format json"),
+    ] {
+        let refused = format!("fre: {one} and {other}: standard output has room for one of them\n");
+        assert_eq!(folder.refusal(words), refused, "{words}");
+    }
+}
+
+#[test]
 fn a_full_disk_leaves_nothing_torn() {
     let folder = Folder::new();
     folder.write("old.png", "mine");
