@@ -11,7 +11,7 @@ use crate::exit::{bad_input, tell, trusted};
 use crate::options::{ModelArgs, refused};
 use crate::output::{Picture, PlotArgs, one_document, put_out, reads_case};
 use crate::progress::ProgressLine;
-use crate::standard::{self, is_standard};
+use crate::standard::{self, is_standard, only_folder};
 use fre::case::Case;
 use fre::compare::{self, CompareError, Comparison, with_elements_watched, with_measurements_watched};
 use fre::fea::DECK;
@@ -58,7 +58,7 @@ pub struct Args {
     /// Folder for CalculiX's files
     ///
     /// The default is the case's name with -fea, in the current folder.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "measured")]
+    #[arg(long, value_name = "FOLDER", value_parser = only_folder, conflicts_with = "measured")]
     folder: Option<PathBuf>,
     /// Form of the results on standard output
     #[arg(short, long, value_enum, default_value = "text")]

@@ -12,6 +12,7 @@ use crate::output::ForceArgs;
 #[cfg(feature = "web")]
 use crate::output::put_out;
 use crate::signals::stop_flag;
+use crate::standard::only_folder;
 use crate::view::page_address;
 use fre::files::{FileError, Folder};
 use fre_gripper::demo::{self, Options, Pace};
@@ -34,7 +35,7 @@ pub struct Args {
     #[arg(long, value_name = "S", default_value_t = 20.0)]
     seconds: f64,
     /// Folder for the report
-    #[arg(long, value_name = "FOLDER", default_value = "target/demo")]
+    #[arg(long, value_name = "FOLDER", default_value = "target/demo", value_parser = only_folder)]
     report: PathBuf,
     #[command(flatten)]
     force: ForceArgs,

@@ -9,7 +9,7 @@ use clap_mangen::Man;
 
 use crate::exit::bad_input;
 use crate::output::ForceArgs;
-use crate::standard::put_out;
+use crate::standard::{only_folder, put_out};
 
 /// Write the manual pages: fre.1 and one for each command
 ///
@@ -17,7 +17,7 @@ use crate::standard::put_out;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Writes all pages into a folder, such as ~/.local/share/man/man1
-    #[arg(short, long, value_name = "FOLDER")]
+    #[arg(short, long, value_name = "FOLDER", value_parser = only_folder)]
     out: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,

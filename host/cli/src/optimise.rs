@@ -14,7 +14,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use crate::exit::{INTERRUPTED, bad_input, tell, trusted};
 use crate::options::ModelArgs;
 use crate::output::{ForceArgs, put_out, reads_case};
-use crate::standard;
+use crate::standard::{self, only_folder};
 use fre::draw::{self, Format, Scene, Theme};
 use fre::files::{FileError, Folder};
 use fre::optimise::{
@@ -77,7 +77,7 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     most: u32,
     /// Folder for report, design, pictures, and what a stopped search goes on from
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", value_parser = only_folder)]
     out: Option<PathBuf>,
     /// Form of the results on standard output
     #[arg(long, value_enum, default_value = "text")]

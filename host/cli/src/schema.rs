@@ -9,6 +9,7 @@ use fre::files::FileError;
 
 use crate::exit::bad_input;
 use crate::output::{ForceArgs, put_out};
+use crate::standard::only_folder;
 
 /// Print the JSON Schema of a case file, by which editors check and complete its keys.
 ///
@@ -18,7 +19,7 @@ pub struct Args {
     /// Writes the page of all keys into a folder instead
     ///
     /// The page is case.md; its pictures are case/*.svg.
-    #[arg(long, value_name = "FOLDER")]
+    #[arg(long, value_name = "FOLDER", value_parser = only_folder)]
     page: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,

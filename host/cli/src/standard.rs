@@ -25,8 +25,20 @@ pub fn is_standard(path: &Path) -> bool {
 /// # Errors
 /// It is `-`.
 pub fn only_file(words: &str) -> Result<PathBuf, String> {
+    only("a file", words)
+}
+
+/// A folder, which standard output cannot be.
+///
+/// # Errors
+/// It is `-`.
+pub fn only_folder(words: &str) -> Result<PathBuf, String> {
+    only("a folder", words)
+}
+
+fn only(what: &str, words: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(words);
-    if is_standard(&path) { Err("allowed is a file; - is standard output".to_owned()) } else { Ok(path) }
+    if is_standard(&path) { Err(format!("allowed is {what}; - is standard output")) } else { Ok(path) }
 }
 
 /// Takes standard input for one reader; a second one would find nothing.

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::exit::{bad_input, tell, trusted};
 use crate::output::{ForceArgs, put_out};
 use crate::progress::ProgressLine;
+use crate::standard::only_folder;
 use fre::study::run::Run;
 use fre::study::table1;
 
@@ -21,7 +22,7 @@ use fre::study::table1;
 #[derive(Debug, clap::Args)]
 pub struct Args {
     /// Folder for report, table and data
-    #[arg(short, long, value_name = "DIR")]
+    #[arg(short, long, value_name = "DIR", value_parser = only_folder)]
     out: Option<PathBuf>,
     #[command(flatten)]
     force: ForceArgs,

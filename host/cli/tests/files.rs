@@ -152,6 +152,22 @@ fn standard_output_has_room_for_one_document() {
 }
 
 #[test]
+fn standard_output_is_no_folder() {
+    let folder = Folder::new();
+    for words in [
+        "man --out -",
+        "schema --page -",
+        "table1 --out -",
+        "optimise case.toml --goal mass --vary finger.width_mm=15:25 --out -",
+        "compare case.toml --fea --folder -",
+    ] {
+        let said = folder.refusal(words);
+        assert!(said.contains("allowed is a folder; - is standard output"), "{words}: {said}");
+        assert!(!folder.path("-").exists(), "{words}");
+    }
+}
+
+#[test]
 fn a_full_disk_leaves_nothing_torn() {
     let folder = Folder::new();
     folder.write("old.png", "mine");
