@@ -165,9 +165,15 @@ fn refused(args: &Args, error: &ProblemError) -> String {
         ProblemError::Object { object, error } => {
             let numbers = object.checked_sub(1).and_then(|index| args.also.get(index)).into_iter().flatten();
             let words: Vec<String> = numbers.map(|(key, number)| format!("{key}={number}")).collect();
+            // Its own words are in no line of the file.
+            let error = match &**error {
+                ProblemError::Case(error) => error.without_place(),
+                error => error.to_string(),
+            };
             format!("--also {}: {error}", words.join(","))
         }
         ProblemError::Twice { .. } => format!("--vary: {error}"),
+        ProblemError::Friction => format!("--vary {error}"),
         ProblemError::Beyond { measure, .. } if *measure == args.goal.measure.to_string() => format!("--goal {error}"),
         ProblemError::Beyond { .. } => format!("--subject-to {error}"),
         error => error.to_string(),

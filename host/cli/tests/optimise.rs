@@ -44,6 +44,12 @@ fn fre(folder: &Path, words: &[&str]) -> Output {
     command(folder, words).output().unwrap()
 }
 
+/// `fre optimise` on the folder's case with these words alone.
+fn bare(folder: &Path, words: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_fre"));
+    command.args(["optimise", "case.toml"]).args(words).current_dir(folder).output().unwrap()
+}
+
 #[test]
 fn a_lighter_finger_is_found_and_reported() {
     let folder = tempfile::tempdir().unwrap();
@@ -186,6 +192,53 @@ fn what_is_no_problem_is_refused_by_its_option() {
         let output = command.current_dir(folder.path()).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(1) && said.starts_with(&format!("fre: {refused}")), "{words:?}: {said}");
+    }
+}
+
+/// What a search does not compute has its place in the file, if it is there.
+#[test]
+fn friction_and_memory_are_refused_by_their_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let soft = "material = { youngs_modulus_pa = 4.95e7, poissons_ratio = 0.48, prony = [[0.1, 5]] }\n";
+    let finger = "width_mm = 20.0\nplane_strain = \"stress\"\nmotor = { axis_mm = [-14.0, -20.0] }\n\
+        front = { base_mm = [0.0, 0.0], tip_mm = [0.0, 80.0], thickness_mm = 2.0 }\n\
+        back = { base_mm = [-28.0, 0.0], tip_mm = [0.0, 80.0], thickness_mm = 2.0 }\n";
+    fs::write(folder.path().join("soft.toml"), format!("{soft}{finger}")).unwrap();
+    let object = "[object]\nshape = \"circle\"\nradius_mm = 40.0\ncentre_mm = [41.0, 45.0]\n";
+    let motion = "[motion]\nmotor_angles_deg = [6]\n";
+    let vary = ["--goal", "force at 6", "--vary", "object.radius_mm=30:40"];
+    let named = format!("finger = \"preset:ladder-80\"\n{object}{motion}");
+    for (case, words, refused) in [
+        (
+            format!("finger = \"preset:ladder-80\"\n{object}friction = 0.4\n{motion}"),
+            &vary[..],
+            "case.toml:6: object.friction = 0.4: a search computes without friction; allowed is 0",
+        ),
+        (
+            format!("finger = \"soft.toml\"\n{object}{motion}"),
+            &vary,
+            "case.toml:1: finger = \"soft.toml\": a search computes without memory; allowed is an elastic material",
+        ),
+        (
+            format!("{object}{motion}[finger]\n{soft}{finger}"),
+            &vary,
+            "case.toml:8: finger.material.prony = [[0.1, 5]]: a search computes without memory; allowed is an elastic material",
+        ),
+        (
+            named.clone(),
+            &["--goal", "force at 6", "--vary", "object.friction=0:1"],
+            "--vary object.friction: a search computes without friction",
+        ),
+        (
+            named.clone(),
+            &[&vary[..], &["--also", "object.friction=0.5"]].concat(),
+            "--also object.friction=0.5: object.friction = 0.5: a search computes without friction; allowed is 0",
+        ),
+    ] {
+        fs::write(folder.path().join("case.toml"), case).unwrap();
+        let output = bare(folder.path(), words);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!((output.status.code(), said.as_ref()), (Some(1), format!("fre: {refused}\n").as_str()), "{words:?}");
     }
 }
 

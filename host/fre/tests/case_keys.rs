@@ -69,7 +69,7 @@ fn defaults_change_nothing_and_friction_has_its_range() {
     assert_eq!(rough.friction, 0.6);
     assert_eq!(
         rough.frictionless("a gripper").unwrap_err().to_string(),
-        "object.friction = 0.6: a gripper computes without friction; allowed is 0"
+        "case.toml:24: object.friction = 0.6: a gripper computes without friction; allowed is 0"
     );
 }
 

@@ -191,7 +191,7 @@ case.toml:46: motion.speed_deg_per_s = 3: the base moves along a line; allowed i
 "#]]
     );
     let refused = case(angles).elastic("a gripper").unwrap_err();
-    let expected = "finger.material.prony: a gripper computes without memory; allowed is an elastic material";
+    let expected = "case.toml:9: finger.material.prony = [[0.15, 0.1], [0.15, 5], [0.1, 100]]: a gripper computes without memory; allowed is an elastic material";
     assert_eq!((refused.to_string().as_str(), refused.key()), (expected, Some("finger.material.prony")));
 }
 

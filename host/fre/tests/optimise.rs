@@ -241,5 +241,5 @@ fn what_cannot_be_a_problem_is_refused_by_its_key() {
     );
     let vary = vec!["object.friction=0:1".parse().expect("a variable")];
     let later = Problem::new(document(CASE), vary, goal(), &[], Options::default()).expect_err("not computed");
-    snapbox::assert_data_eq!(later.to_string(), snapbox::str!["object.friction: known key, not yet computed"]);
+    snapbox::assert_data_eq!(later.to_string(), snapbox::str!["object.friction: a search computes without friction"]);
 }

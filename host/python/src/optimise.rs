@@ -33,6 +33,7 @@ fn refused(error: &ProblemError) -> PyErr {
         ProblemError::Case(error) => of_case(error, false),
         ProblemError::Discretise(error) => of_discretise(error),
         ProblemError::Object { error, .. } => refused(error),
+        ProblemError::Friction => case_error(format!("vary: {error}"), Some("object.friction"), None),
         ProblemError::Twice { key } => case_error(format!("vary: {error}"), Some(key), None),
         ProblemError::Beyond { .. } => value(error.to_string()),
     }

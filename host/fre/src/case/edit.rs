@@ -12,6 +12,7 @@ use super::keys::{self, FingerTable};
 use super::preset::{no_such_preset, preset_text};
 use super::read::{Case, without_finger};
 use super::source::{self, Source};
+use super::written::Written;
 use crate::faces;
 
 /// How many keys a message suggests.
@@ -25,6 +26,8 @@ const SAME: f64 = 1e-12;
 pub struct Document {
     name: String,
     root: DocumentMut,
+    /// Where the case itself has what some commands refuse, if its lines are others because its finger is written out.
+    written: Option<Written>,
 }
 
 impl Document {
@@ -44,10 +47,11 @@ impl Document {
     /// The text is not TOML, or its finger cannot be found.
     pub fn resolve(name: &str, text: &str, folder: &Path) -> Result<Self, CaseError> {
         let case = Source { name: name.to_owned(), text: text.to_owned() };
-        let mut root = parse(&case)?;
+        let (mut root, mut written) = (parse(&case)?, None);
         if let Some(word) = root.get("finger").and_then(Item::as_str).map(str::to_owned) {
             let tree = case.parse()?;
             let table = source::Table::root(&case, tree.get_ref());
+            written = Some(Written::of(&table));
             let (from, source) = match word.strip_prefix("preset:") {
                 Some(preset) => {
                     let text = preset_text(preset).ok_or_else(|| table.refuse("finger", no_such_preset()))?;
@@ -70,7 +74,7 @@ impl Document {
             set_free(&mut finger);
             root.insert("finger", Item::Table(finger));
         }
-        Ok(Self { name: name.to_owned(), root })
+        Ok(Self { name: name.to_owned(), root, written })
     }
 
     /// The document as TOML; the same for the same case.
@@ -83,7 +87,11 @@ impl Document {
     /// # Errors
     /// The first thing in it that cannot be used.
     pub fn case(&self) -> Result<Case, CaseError> {
-        Case::parse(&self.name, &self.text())
+        let mut case = Case::parse(&self.name, &self.text())?;
+        if let Some(written) = &self.written {
+            case.written = written.clone();
+        }
+        Ok(case)
     }
 
     /// Keys of the numbers that can be varied, sorted. The places of the motion are not among them.
@@ -126,7 +134,9 @@ impl Document {
 
     /// Sets a number whose key [`Self::need`] has found.
     pub fn set_known(&mut self, key: &str, value: f64) {
-        put(self.root.as_item_mut(), &dotted(key), value.into());
+        let key = dotted(key);
+        self.written.iter_mut().for_each(|written| written.forget(&key));
+        put(self.root.as_item_mut(), &key, value.into());
     }
 
     /// Sets the motor angles, degrees.

@@ -79,16 +79,26 @@ pub enum CaseError {
         expected: String,
     },
     /// The case has friction, and what it is for computes without.
-    #[error("object.friction = {friction}: {who} computes without friction; allowed is 0")]
+    #[error(
+        "{}: {who} computes without friction; allowed is 0",
+        .place.as_ref().map_or_else(|| format!("object.friction = {friction}"), ToString::to_string)
+    )]
     Friction {
+        /// Where; `None` for a case that is in no file.
+        place: Option<Box<Place>>,
         /// What it is for.
         who: &'static str,
         /// The coefficient.
         friction: String,
     },
     /// The case's material has memory, and what it is for computes without.
-    #[error("finger.material.prony: {who} computes without memory; allowed is an elastic material")]
+    #[error(
+        "{}: {who} computes without memory; allowed is an elastic material",
+        .place.as_ref().map_or_else(|| "finger.material.prony".to_owned(), ToString::to_string)
+    )]
     Memory {
+        /// Where; `None` for a case that is in no file.
+        place: Option<Box<Place>>,
         /// What it is for.
         who: &'static str,
     },
@@ -172,7 +182,8 @@ impl CaseError {
     /// Line of the file, from 1, where there is one.
     pub fn line(&self) -> Option<usize> {
         match self {
-            Self::Unreadable { .. } | Self::TooLarge { .. } | Self::Friction { .. } | Self::Memory { .. } => None,
+            Self::Unreadable { .. } | Self::TooLarge { .. } => None,
+            Self::Friction { place, .. } | Self::Memory { place, .. } => place.as_ref().map(|place| place.line),
             Self::NotText { line, .. } | Self::Syntax { line, .. } => Some(*line),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
@@ -186,7 +197,7 @@ impl CaseError {
         match self {
             Self::Unreadable { .. } | Self::TooLarge { .. } | Self::NotText { .. } | Self::Syntax { .. } => None,
             Self::Friction { .. } => Some("object.friction"),
-            Self::Memory { .. } => Some("finger.material.prony"),
+            Self::Memory { place, .. } => Some(place.as_ref().map_or("finger.material.prony", |place| &place.key)),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
             | Self::WrongType { place, .. }
@@ -199,6 +210,10 @@ impl CaseError {
     /// The error without its place, for a text that nobody has written down line by line.
     pub fn without_place(&self) -> String {
         match self {
+            Self::Friction { who, friction, .. } => {
+                Self::Friction { place: None, who, friction: friction.clone() }.to_string()
+            }
+            Self::Memory { who, .. } => Self::Memory { place: None, who }.to_string(),
             Self::UnknownKey { place, .. }
             | Self::Missing { place, .. }
             | Self::WrongType { place, .. }
@@ -222,19 +237,13 @@ pub enum KeyError {
         /// Keys like it.
         nearest: Vec<String>,
     },
-    /// Its physics is missing.
-    #[error("{key}: known key, not yet computed")]
-    NotComputed {
-        /// The key.
-        key: String,
-    },
 }
 
 impl KeyError {
     /// The key.
     pub fn key(&self) -> &str {
         match self {
-            Self::Unknown { key, .. } | Self::NotComputed { key } => key,
+            Self::Unknown { key, .. } => key,
         }
     }
 }

@@ -20,6 +20,7 @@ mod preset;
 mod read;
 mod reference;
 mod source;
+mod written;
 
 pub use described::{Described, describe_finger};
 pub use edit::Document;
@@ -35,3 +36,4 @@ pub(crate) use preset::no_such_preset;
 pub use preset::{NEW, PRESETS};
 pub use read::Case;
 pub use reference::{PICTURES, reference};
+pub use written::Written;

@@ -11,6 +11,7 @@ use super::keys::{self, CaseFile, FingerEntry};
 use super::motion::Path as MotionPath;
 use super::preset::no_such_preset;
 use super::source::{Source, Table};
+use super::written::Written;
 use super::{check, finger, motion, object};
 
 /// A case: what is computed.
@@ -24,6 +25,8 @@ pub struct Case {
     pub friction: f64,
     /// The motion and the places along it that are asked for.
     pub path: MotionPath,
+    /// Where the file has what some commands refuse.
+    pub written: Written,
 }
 
 impl Case {
@@ -69,7 +72,8 @@ impl Case {
         if self.friction == 0.0 {
             Ok(())
         } else {
-            Err(CaseError::Friction { who, friction: self.friction.to_string() })
+            let place = self.written.friction();
+            Err(CaseError::Friction { place, who, friction: self.friction.to_string() })
         }
     }
 
@@ -86,7 +90,7 @@ impl Case {
     /// # Errors
     /// As [`Self::elastic`].
     pub fn refuse_memory(&self, who: &'static str) -> Result<(), CaseError> {
-        if self.finger.prony.is_empty() { Ok(()) } else { Err(CaseError::Memory { who }) }
+        if self.finger.prony.is_empty() { Ok(()) } else { Err(CaseError::Memory { place: self.written.memory(), who }) }
     }
 
     pub(super) fn from_source(source: &Source, folder: Option<&Path>) -> Result<Self, CaseError> {
@@ -101,7 +105,7 @@ impl Case {
         };
         let object = object::build(&keys.object, &below("object"))?;
         let path = motion::build(&keys.motion, &below("motion"), &finger)?;
-        Ok(Self { finger, object, friction: keys.object.friction(), path })
+        Ok(Self { finger, object, friction: keys.object.friction(), path, written: Written::of(&root) })
     }
 }
 

@@ -222,7 +222,8 @@ impl<'d> Value<'d> {
         CaseError::Refused { place: self.place(), reason: visible(&reason.into()) }
     }
 
-    fn place(&self) -> Place {
+    /// Where it is.
+    pub(super) fn place(&self) -> Place {
         let piece = if self.item.get_ref().is_table() { None } else { self.source.piece(&self.item.span()) };
         Place::new(&self.source.name, self.source.line(self.start), &self.key, piece)
     }

@@ -39,6 +39,9 @@ pub enum ProblemError {
         /// The key.
         key: String,
     },
+    /// Friction is varied.
+    #[error("{FRICTION}: {OPTIMISE} computes without friction")]
+    Friction,
     /// A goal or a limit is about a place that no case may have.
     #[error("\"{measure}\": {at}{unit} is beyond the motion; allowed is -{most} to {most}{unit}")]
     Beyond {
@@ -126,7 +129,7 @@ impl Problem {
             document.need(&variable.key)?;
             if variable.key == FRICTION {
                 // A search needs derivatives, which there are none of.
-                return Err(KeyError::NotComputed { key: variable.key.clone() }.into());
+                return Err(ProblemError::Friction);
             }
         }
         document.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;

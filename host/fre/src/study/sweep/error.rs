@@ -133,9 +133,8 @@ impl From<CaseError> for SweepError {
 impl From<KeyError> for SweepError {
     /// What is varied may be the resolution, too.
     fn from(mut error: KeyError) -> Self {
-        if let KeyError::Unknown { nearest, .. } = &mut error {
-            nearest.push("elements".to_owned());
-        }
+        let KeyError::Unknown { nearest, .. } = &mut error;
+        nearest.push("elements".to_owned());
         Self::Key(error)
     }
 }

@@ -2,7 +2,7 @@
 
 use model_core::object::ObjectDesign;
 
-use crate::case::{Case, CaseError, MotionPath, no_such_preset, preset};
+use crate::case::{Case, CaseError, MotionPath, Written, no_such_preset, preset};
 
 /// The finger.
 pub const PRESET: &str = "dhas-80";
@@ -74,6 +74,12 @@ impl Series {
         let mut places = vec![touch_deg - CLEARANCE_DEG];
         places.extend(self.angles_deg);
         let path = MotionPath::rotating(&finger, places);
-        Ok(Case { finger, object: ObjectDesign::Circle { centre, radius }, friction: 0.0, path })
+        Ok(Case {
+            finger,
+            object: ObjectDesign::Circle { centre, radius },
+            friction: 0.0,
+            path,
+            written: Written::default(),
+        })
     }
 }
