@@ -242,6 +242,23 @@ fn friction_and_memory_are_refused_by_their_line() {
     }
 }
 
+#[test]
+fn another_object_has_each_number_once() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    for (also, refused) in [
+        ("object.radius_mm=30,object.radius_mm=40", "object.radius_mm is given twice; allowed is once"),
+        ("object.centre_mm.1=30,object.centre_mm[1]=40", "object.centre_mm[1] is given twice; allowed is once"),
+        ("finger.width_mm=18", "finger.width_mm is varied as well; allowed is a key that is not"),
+    ] {
+        let words = ["--goal", "mass", "--vary", "finger.width_mm=15:25", "--also", also];
+        let output = bare(folder.path(), &words);
+        let said = String::from_utf8_lossy(&output.stderr);
+        let refused = format!("fre: --also {also}: {refused}\n");
+        assert_eq!((output.status.code(), said.as_ref()), (Some(1), refused.as_str()));
+    }
+}
+
 /// The force was 0 before, so that no percentage of it can be given.
 #[test]
 fn what_was_zero_gets_better_by_no_share() {

@@ -35,6 +35,9 @@ fn refused(error: &ProblemError) -> PyErr {
         ProblemError::Object { error, .. } => refused(error),
         ProblemError::Friction => case_error(format!("vary: {error}"), Some("object.friction"), None),
         ProblemError::Twice { key } => case_error(format!("vary: {error}"), Some(key), None),
+        ProblemError::GivenTwice { key } | ProblemError::Varied { key } => {
+            case_error(format!("objects: {error}"), Some(key), None)
+        }
         ProblemError::Beyond { .. } => value(error.to_string()),
     }
 }

@@ -204,7 +204,7 @@ fn set_free(table: &mut Table) {
 }
 
 /// A key with dots alone: `a[1]` is `a.1`.
-fn dotted(key: &str) -> String {
+pub(crate) fn dotted(key: &str) -> String {
     key.replace('[', ".").replace(']', "")
 }
 

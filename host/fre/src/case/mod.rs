@@ -24,6 +24,7 @@ mod written;
 
 pub use described::{Described, describe_finger};
 pub use edit::Document;
+pub(crate) use edit::dotted;
 pub use error::{CaseError, KeyError, KnownKeys, Place};
 pub use finger::Finger;
 pub(crate) use finger::NO_NECK;

@@ -9,7 +9,7 @@ use toml_edit::{DocumentMut, Table};
 use super::goal::{Goal, Limit, Variable};
 use super::grasp::{Grasp, Line, Wanted};
 use super::measure::Measure;
-use crate::case::{Case, CaseError, Coordinate, Document, KeyError, MAX_ANGLE, MAX_DISTANCE};
+use crate::case::{Case, CaseError, Coordinate, Document, KeyError, MAX_ANGLE, MAX_DISTANCE, dotted};
 use crate::study::model::{Options, Precision};
 
 /// What a case with friction is refused by.
@@ -42,6 +42,18 @@ pub enum ProblemError {
     /// Friction is varied.
     #[error("{FRICTION}: {OPTIMISE} computes without friction")]
     Friction,
+    /// Another object has two values of a key.
+    #[error("{key} is given twice; allowed is once")]
+    GivenTwice {
+        /// The key.
+        key: String,
+    },
+    /// Another object has a value of a key that is varied: every design would have that value.
+    #[error("{key} is varied as well; allowed is a key that is not")]
+    Varied {
+        /// The key.
+        key: String,
+    },
     /// A goal or a limit is about a place that no case may have.
     #[error("\"{measure}\": {at}{unit} is beyond the motion; allowed is -{most} to {most}{unit}")]
     Beyond {
@@ -123,11 +135,12 @@ impl Problem {
             return Err(ProblemError::NoVariables);
         }
         for (index, variable) in variables.iter().enumerate() {
-            if variables[..index].iter().any(|other| other.key == variable.key) {
+            let key = dotted(&variable.key);
+            if variables[..index].iter().any(|other| dotted(&other.key) == key) {
                 return Err(ProblemError::Twice { key: variable.key.clone() });
             }
             document.need(&variable.key)?;
-            if variable.key == FRICTION {
+            if key == FRICTION {
                 // A search needs derivatives, which there are none of.
                 return Err(ProblemError::Friction);
             }
@@ -135,7 +148,7 @@ impl Problem {
         document.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
         let mut documents = vec![document];
         for (index, numbers) in objects.iter().enumerate() {
-            let other = with_numbers(&documents[0], numbers)
+            let other = with_numbers(&documents[0], &variables, numbers)
                 .map_err(|error| ProblemError::Object { object: index + 1, error: Box::new(error) })?;
             documents.push(other);
         }
@@ -434,10 +447,21 @@ impl Problem {
 }
 
 /// A case with other numbers by their keys: another object.
-fn with_numbers(document: &Document, numbers: &[(String, f64)]) -> Result<Document, ProblemError> {
+fn with_numbers(
+    document: &Document,
+    variables: &[Variable],
+    numbers: &[(String, f64)],
+) -> Result<Document, ProblemError> {
     let mut other = document.clone();
-    for (key, number) in numbers {
+    for (index, (key, number)) in numbers.iter().enumerate() {
         other.set(key, *number)?;
+        let same = |found: &str| dotted(found) == dotted(key);
+        if numbers[..index].iter().any(|(found, _)| same(found)) {
+            return Err(ProblemError::GivenTwice { key: key.clone() });
+        }
+        if variables.iter().any(|variable| same(&variable.key)) {
+            return Err(ProblemError::Varied { key: key.clone() });
+        }
     }
     other.case()?.frictionless(OPTIMISE)?.elastic(OPTIMISE)?;
     Ok(other)
