@@ -120,6 +120,9 @@ pub fn run(args: &Args) -> ExitCode {
 /// Gives a table of positions its forces; whether all of them are trustworthy.
 fn label(args: &Args) -> Result<bool, Box<dyn std::error::Error>> {
     let needed = "a table of positions has no forces: --again --case CASE.toml --csv FILE estimates them";
+    if args.case.len() > 1 {
+        return Err(format!("--case is given {} times; a table of positions has one finger", args.case.len()).into());
+    }
     let (Some(out), [case]) = (&args.csv, &args.case[..]) else { return Err(needed.into()) };
     if args.show || args.parquet.is_some() || args.youngs_modulus_pa.is_some() {
         return Err("a table of positions is written with --csv only; Young's modulus is that of the case".into());

@@ -283,6 +283,26 @@ positions.csv: 7 positions, 7 with a trustworthy force
 
 /// A jaw's case for a motor that turns its finger: no silent rotation.
 #[test]
+fn a_table_without_a_row_or_with_bytes_that_are_no_text_is_refused() {
+    let folder = Folder::new();
+    assert_eq!(
+        folder.refusal("time_s,angle_deg\n", AGAIN),
+        "fre: positions.csv: has no row below its header; needed is at least one\n"
+    );
+    fs::write(folder.path("latin.csv"), b"time_s,angle_deg,note\n0,1,a\n1,2,H\xf6he\n").unwrap();
+    let output = folder.fre("replay latin.csv --again --case case.toml --csv -");
+    assert_eq!(
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()),
+        (Some(1), "fre: latin.csv:3: is not text; allowed is a table in UTF-8 or UTF-16\n")
+    );
+    assert!(output.stdout.is_empty());
+    assert_eq!(
+        folder.refusal("time_s,angle_deg\n0,1\n", &format!("{AGAIN} --case case.toml")),
+        "fre: --case is given 2 times; a table of positions has one finger\n"
+    );
+}
+
+#[test]
 fn a_case_along_a_line_needs_a_drive_along_it() {
     let folder = Folder::new();
     folder.write(

@@ -249,6 +249,28 @@ pub fn listed<'a>(heads: impl IntoIterator<Item = &'a String>) -> Vec<String> {
     names
 }
 
+/// The text of a file that is copied, in which no byte may change: UTF-16 if it begins with that byte order mark, else UTF-8.
+///
+/// # Errors
+/// The line, from 1, of the first byte that is not text.
+pub fn exactly(bytes: &[u8]) -> Result<String, usize> {
+    let line = |before: &str| 1 + before.matches(if before.contains('\n') { '\n' } else { '\r' }).count();
+    let read = match bytes {
+        [0xff, 0xfe, ..] => u16::from_le_bytes,
+        [0xfe, 0xff, ..] => u16::from_be_bytes,
+        _ => {
+            let text = std::str::from_utf8(bytes).map(str::to_owned);
+            return text.map_err(|error| line(&String::from_utf8_lossy(&bytes[..error.valid_up_to()])));
+        }
+    };
+    let units = bytes.chunks_exact(2).skip(1).map(|pair| read([pair[0], pair[1]]));
+    let mut text = String::new();
+    for letter in char::decode_utf16(units) {
+        text.push(letter.map_err(|_| line(&text))?);
+    }
+    if bytes.len() % 2 == 0 { Ok(text) } else { Err(line(&text)) }
+}
+
 /// A file's text: UTF-16 if it begins with that byte order mark, else UTF-8, in which a wrong byte spoils its cell, not the file.
 pub fn decoded(bytes: &[u8]) -> String {
     let words = |read: fn([u8; 2]) -> u16| -> String {
@@ -259,5 +281,23 @@ pub fn decoded(bytes: &[u8]) -> String {
         [0xff, 0xfe, ..] => words(u16::from_le_bytes),
         [0xfe, 0xff, ..] => words(u16::from_be_bytes),
         _ => String::from_utf8_lossy(bytes).into_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::exactly;
+
+    #[test]
+    fn a_byte_that_is_not_text_has_its_line() {
+        assert_eq!(exactly("a\nä".as_bytes()).as_deref(), Ok("a\nä"));
+        assert_eq!(exactly(b"a\nb\n\xe4\n"), Err(3));
+        assert_eq!(exactly(b"a\rb\xe4"), Err(2));
+        let wide = |units: &[u16]| -> Vec<u8> {
+            [0xfeff].iter().chain(units).flat_map(|unit: &u16| unit.to_le_bytes()).collect()
+        };
+        assert_eq!(exactly(&wide(&[97, 10, 228])).as_deref(), Ok("a\nä"));
+        assert_eq!(exactly(&wide(&[97, 10, 0xd800, 97])), Err(2));
+        assert_eq!(exactly(&wide(&[97])[..3]), Err(1));
     }
 }

@@ -74,7 +74,8 @@ pub fn label(path: &Path, out: &Path, model: &Model, files: &mut Files) -> Resul
     let calibration = Calibration::new(&mount.gear());
     let mut estimator = make(model, &mount)?;
 
-    let text = spreadsheet::decoded(&standard::bytes(path)?);
+    let text = spreadsheet::exactly(&standard::bytes(path)?)
+        .map_err(|line| format!("{name}:{line}: is not text; allowed is a table in UTF-8 or UTF-16"))?;
     let rubs = model.case.friction > 0.0 || !model.case.finger.prony.is_empty();
     let added: Vec<&str> = ADDED.into_iter().chain(INTERVAL.into_iter().filter(|_| rubs)).collect();
     let table = Table::read(&name, &text, &added, &calibration)?;

@@ -52,6 +52,9 @@ impl<'a> Table<'a> {
             places.push(place);
             [columns.time, columns.position].iter().for_each(|column| style.see(&cells[*column]));
         }
+        if places.is_empty() {
+            return Err(format!("{name}: has no row below its header; needed is at least one"));
+        }
         Ok(Self { sheet, places, style })
     }
 }
