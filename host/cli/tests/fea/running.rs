@@ -47,6 +47,8 @@ fn without_calculix_or_with_one_that_fails_the_reason_is_told() {
     ] {
         let (status, _, words) = with_another_program(name, program, &[]);
         assert_eq!(status, Some(1), "{words}");
+        let files = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("ccx-{name}/files"));
+        assert_eq!(files.exists(), program.is_some(), "{name}: a run that does not begin leaves no files");
         said += &format!("{name}\n{words}\n");
     }
     snapbox::assert_data_eq!(said, snapbox::file!["../words/calculix.txt"].raw());

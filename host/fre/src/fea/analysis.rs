@@ -113,6 +113,7 @@ impl Plan {
         if watch(0).is_break() {
             return Err(FeaError::Stopped);
         }
+        ccx::find()?;
         std::fs::create_dir_all(folder)
             .map_err(|source| FeaError::Io { file: folder.display().to_string(), source })?;
         let file = |ending: &str| -> PathBuf { folder.join(format!("{JOB}.{ending}")) };

@@ -39,6 +39,17 @@ pub struct Effort {
     pub iterations: usize,
 }
 
+/// Looks for the program, so that without it a run leaves no files.
+///
+/// # Errors
+/// If no folder of the PATH has it.
+pub fn find() -> Result<(), FeaError> {
+    let program = format!("{PROGRAM}{}", std::env::consts::EXE_SUFFIX);
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    let there = std::env::split_paths(&paths).any(|folder| folder.join(&program).is_file());
+    if there { Ok(()) } else { Err(FeaError::NoCalculix) }
+}
+
 /// Locks a folder, so that no two runs write the same files.
 ///
 /// # Errors
