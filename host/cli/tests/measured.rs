@@ -33,6 +33,22 @@ fn rows_of_a_place_are_one_measurement_and_its_forces_a_mean() {
 }
 
 #[test]
+fn a_magnitude_that_contradicts_its_components_is_left_out() {
+    let text = "motor_angle_deg,force_n,fx_n,fy_n\n1,5,3,4\n2,5.05,3,4\n3,6,3,4\n4,0,0,0.0009\n5,0,0,0.002\n6,5,,\n";
+    let measured = Measured::parse("m.csv", text).unwrap();
+    let places: Vec<f64> = measured.measurements.iter().map(|m| m.place).collect();
+    assert_eq!(places, [1.0, 2.0, 4.0, 6.0]);
+    let said: Vec<String> = measured.problems.iter().map(ToString::to_string).collect();
+    snapbox::assert_data_eq!(
+        said.join("\n"),
+        snapbox::str![[r#"
+4: force_n = 6, but fx_n and fy_n make 5.0000; allowed is a difference of 1 % + 0.001 N
+6: force_n = 0, but fx_n and fy_n make 0.0020; allowed is a difference of 1 % + 0.001 N
+"#]]
+    );
+}
+
+#[test]
 fn bad_rows_and_gaps_are_told_with_their_line_and_do_not_spoil_the_rest() {
     let text = "motor_angle_deg,force_n,front_x_mm,front_y_mm\n\
         6,1.0,,\n,1.0,,\n7,abc,,\n8,NaN,,\n9,,,\n10,1,1 2,3\n11,1\n12,-1,,\n13,2.0,,\n-300,1,,\n";

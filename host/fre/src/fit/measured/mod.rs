@@ -46,6 +46,8 @@ const ROWS_AT_ONCE: usize = 1 << 14;
 
 /// The largest force that is believed, N: beyond it the unit is another one.
 const MAX_FORCE: f64 = 1e5;
+/// By how much a magnitude may differ from its components: a share, and N.
+const SAME_FORCE: [f64; 2] = [0.01, 1e-3];
 /// The same of a torque, N·mm.
 const MAX_TORQUE: f64 = 1e7;
 /// The largest coordinate of a point that is believed, mm: beyond it the unit is another one. No design is a tenth as long.
@@ -428,6 +430,12 @@ impl Row {
         let force = match (number(2)?, number(3)?, number(4)?) {
             (Some(force), ..) if force < 0.0 => {
                 return Err(format!("force_n = {force}; a magnitude is not negative (components are fx_n, fy_n)"));
+            }
+            (Some(force), Some(x), Some(y)) if (x.hypot(y) - force).abs() > SAME_FORCE[0] * force + SAME_FORCE[1] => {
+                let size = x.hypot(y);
+                return Err(format!(
+                    "force_n = {force}, but fx_n and fy_n make {size:.4}; allowed is a difference of 1 % + 0.001 N"
+                ));
             }
             (Some(force), ..) => Some(force),
             (None, Some(x), Some(y)) => Some(x.hypot(y)),
