@@ -14,6 +14,7 @@ use super::read::{Case, without_finger};
 use super::source::{self, Source};
 use super::written::Written;
 use crate::faces;
+use crate::visible::visible;
 
 /// How many keys a message suggests.
 const SUGGESTIONS: usize = 4;
@@ -69,7 +70,7 @@ impl Document {
                 None => file.into_table(),
             };
             if !finger.contains_key("name") {
-                finger.insert("name", toml_edit::value(from));
+                finger.insert("name", toml_edit::value(visible(&from)));
             }
             set_free(&mut finger);
             root.insert("finger", Item::Table(finger));

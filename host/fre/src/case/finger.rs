@@ -17,6 +17,7 @@ use super::keys::{
 };
 use super::source::Table;
 use crate::faces;
+use crate::visible::visible;
 
 /// Pascal per megapascal (N/mm²), the solver's unit.
 pub(super) const PA_PER_MPA: f64 = 1e6;
@@ -58,6 +59,10 @@ pub(super) fn read(table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
 
 /// The finger of a table that the schema's check has passed.
 pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result<Finger, CaseError> {
+    // A name is printed: an escape sequence in it would be obeyed by the terminal.
+    if keys.name.as_ref().is_some_and(|name| name.contains(char::is_control)) {
+        return Err(table.refuse("name", "has control characters; allowed is a text without them, in one line"));
+    }
     let front = beam(&keys.front, table.child("front"), table)?;
     let back = beam(&keys.back, table.child("back"), table)?;
     let lamellae = lamellae(keys.lamellae.as_ref(), table, [&front, &back])?;
@@ -107,7 +112,7 @@ pub(super) fn build(keys: &FingerTable, table: &Table<'_>, name: &str) -> Result
     fits::beams_apart(table, &design)?;
     fits::lamellae_apart(table, &design)?;
     Ok(Finger {
-        name: keys.name.clone().unwrap_or_else(|| name.to_owned()),
+        name: keys.name.clone().unwrap_or_else(|| visible(name)),
         design,
         is_tip_auto: tip == Some(TipFrom::Word(TipWord::Auto)),
         has_motor: keys.motor.is_some(),

@@ -117,6 +117,21 @@ fn messages_are_one_line_whatever_the_file_holds() {
     assert!(message.starts_with("case.toml:1: a\\nb = 1: unknown key"), "{message}");
 }
 
+/// It is printed: a terminal would obey an escape sequence in it.
+#[test]
+fn a_name_has_no_control_characters() {
+    for name in ["\\u001b[31mred", "two\\nlines", "bell\\u0007"] {
+        let text = GOOD.replace("\"test\"", &format!("\"{name}\""));
+        let error = Case::parse("case.toml", &text).unwrap_err();
+        let reason = "has control characters; allowed is a text without them, in one line";
+        assert_eq!(error.to_string(), format!("case.toml:2: finger.name = \"{name}\": {reason}"));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("a\u{1b}[31m.toml");
+    std::fs::write(&file, GOOD.replace("name = \"test\"\n", "")).unwrap();
+    assert_eq!(read_finger(&file).unwrap().name, "a\\u{1b}[31m");
+}
+
 #[test]
 fn an_empty_text_and_other_formats_are_refused() {
     let error = Case::parse("empty.toml", "").unwrap_err();
