@@ -268,7 +268,7 @@ pub fn exactly(bytes: &[u8]) -> Result<String, usize> {
     for letter in char::decode_utf16(units) {
         text.push(letter.map_err(|_| line(&text))?);
     }
-    if bytes.len() % 2 == 0 { Ok(text) } else { Err(line(&text)) }
+    if bytes.len().is_multiple_of(2) { Ok(text) } else { Err(line(&text)) }
 }
 
 /// A file's text: UTF-16 if it begins with that byte order mark, else UTF-8, in which a wrong byte spoils its cell, not the file.
