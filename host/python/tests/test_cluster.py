@@ -117,10 +117,10 @@ def test_a_killed_program_goes_on_where_it_was(case: fre.Case, tmp_path: pathlib
 def test_a_refused_value_leaves_nothing_behind(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:
     out = tmp_path / "rows.parquet"
     with pytest.raises(fre.CaseError):
-        cluster.sweep(case, {"object.radius_mm": [39.0, -1.0]}, out, angles_deg=[4.0])
-    assert cluster.sweep(case, {"object.radius_mm": [39.0, 40.0]}, out, angles_deg=[4.0]) == 2
+        many.sweep(case, {"object.radius_mm": [39.0, -1.0]}, out, angles_deg=[4.0])
+    assert many.sweep(case, {"object.radius_mm": [39.0, 40.0]}, out, angles_deg=[4.0]) == 2
     with pytest.raises(fre.CaseError, match="samples = 0"):
-        cluster.bootstrap(tmp_path / "none.csv", case, samples=0)
+        many.bootstrap(tmp_path / "none.csv", case, samples=0)
 
 
 def test_a_bootstrap_scatters_as_the_noise_does(nodes: Any, case: fre.Case, tmp_path: pathlib.Path) -> None:

@@ -6,9 +6,11 @@ import json
 import pathlib
 import pickle
 import subprocess
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import fre
 from fre import measures
@@ -225,10 +227,14 @@ def test_what_no_problem_takes_is_refused_by_name(firm: fre.Case) -> None:
     vary = {"finger.front.thickness_mm": (1.5, 3.0), "finger.back.thickness_mm": (1.5, 3.0)}
     goal = measures.Force(at=6.0)
     problem = Problem(firm, vary, goal, options=REDUCED)
-    for x in [[], [0.5], [0.5, 0.5, 0.5], 0.5, [[0.5, 0.5]], [np.nan, 0.5]]:
-        for function in [problem.value, problem.gradient, problem.margin_gradients, problem.values, problem.case]:
+    wrong: list[ArrayLike] = [[], [0.5], [0.5, 0.5, 0.5], 0.5, [[0.5, 0.5]], [np.nan, 0.5]]
+    functions: list[Callable[[ArrayLike], object]] = [
+        problem.value, problem.gradient, problem.margin_gradients, problem.values, problem.case
+    ]
+    for x in wrong:
+        for function in functions:
             with pytest.raises(fre.CaseError, match="^x: ") as refused:
-                function(x)  # type: ignore[operator]
+                function(x)
             assert refused.value.key == "x"
     for bounds in [(0.05, 0.0), (np.nan, 1.0), (0.0, np.nan), (np.inf, np.inf), (-np.inf, -np.inf)]:
         with pytest.raises(fre.CaseError, match="limits: strain up to"):

@@ -251,7 +251,7 @@ def test_what_is_not_a_number_is_named(case: fre.Case) -> None:
     for values in (["x"], [[1.0, 2.0]], [1j]):
         with pytest.raises(fre.CaseError, match="object.radius_mm: allowed is a number or a list of numbers"):
             fre.solve_many(case, {"object.radius_mm": values})  # type: ignore[dict-item]
-    with pytest.raises(fre.CaseError, match="None is not a number, a text, a list or a table"):
+    with pytest.raises(TypeError, match="None is not a number, a text, a list or a table"):
         fre.Finger({"lamellae": {"heights_mm": [1.0, None]}})
 
 

@@ -114,7 +114,7 @@ def _plain(value: Any) -> Any:
     if isinstance(value, numbers.Real):
         return float(value)
     if not isinstance(value, Iterable):
-        raise case_error(f"finger: {value!r} is not a number, a text, a list or a table", "finger")
+        raise TypeError(f"finger: {value!r} is not a number, a text, a list or a table")
     return [_plain(entry) for entry in value]
 
 
