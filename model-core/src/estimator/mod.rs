@@ -304,7 +304,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let followed = if self.follower.rubs() { self.lead_path(motor_angle) } else { motor_angle };
         let [coordinate, ratio] = self.drive.coordinate(followed)?;
         self.ratio = ratio;
-        self.is_level(followed);
+        self.set_off(followed);
         let stands = T::of(coordinate).to_f64() == self.follower.solution().coordinate();
         (self.last.motor_angle, self.has_rested, self.settled) = (motor_angle as f32, stands, false);
         let rubs = self.follower.rubs();
@@ -382,7 +382,7 @@ impl<T: Real, S: Size> Estimator<T, S> {
         let [coordinate, ratio] = place.unwrap_or_default();
         self.ratio = ratio;
         if !self.placed {
-            self.is_level(followed);
+            self.set_off(followed);
         }
         if place.is_none() {
             estimate.status = Status::OutOfRange;

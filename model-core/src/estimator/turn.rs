@@ -11,8 +11,8 @@ use crate::size::Size;
 use crate::status::Status;
 
 impl<T: Real, S: Size> Estimator<T, S> {
-    /// The follower begins at an angle, rad, or goes there with its object: nothing is left behind.
-    pub(super) fn is_level(&mut self, at: f64) {
+    /// The motion begins at an angle, rad, or goes on from there with the object: no turn is left behind.
+    pub(super) fn set_off(&mut self, at: f64) {
         (self.asked, self.due) = (at, None);
     }
 
