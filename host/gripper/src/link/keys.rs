@@ -61,21 +61,25 @@ impl Number for f32 {
     }
 }
 
+/// A whole number that its type can have.
+pub(crate) fn whole<T: TryFrom<u32>>(number: f64) -> Option<T> {
+    let fits = number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number);
+    T::try_from(fits.then_some(number as u32)?).ok()
+}
+
 /// Whole numbers, which may be written as `200.0` as well.
-macro_rules! whole {
+macro_rules! whole_numbers {
     ($($type:ty: $allowed:literal),*) => {$(
         impl Number for $type {
             const ALLOWED: &'static str = $allowed;
             fn read(words: &str) -> Option<Self> {
-                let number: f64 = words.parse().ok()?;
-                let fits = number.fract() == 0.0 && (0.0..=f64::from(Self::MAX)).contains(&number);
-                fits.then_some(number as Self)
+                whole(words.parse().ok()?)
             }
         }
     )*};
 }
 
-whole!(u8: "a whole number from 0 to 255", u16: "a whole number from 0 to 65535", u32: "a whole number from 0 to 4294967295");
+whole_numbers!(u8: "a whole number from 0 to 255", u16: "a whole number from 0 to 65535", u32: "a whole number from 0 to 4294967295");
 
 fn number<T: Number>(words: &str, place: &mut T) -> Result<(), &'static str> {
     *place = T::read(words).ok_or(T::ALLOWED)?;

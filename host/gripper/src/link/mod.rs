@@ -37,6 +37,7 @@ mod tests;
 pub use address::{Address, BadAddress};
 pub use client::Link;
 pub use error::LinkError;
+pub(crate) use keys::whole;
 pub use keys::{KeyError, pairs, set};
 pub use lasting::{Ends, Lasting};
 pub(crate) use port::Port;

@@ -6,6 +6,7 @@ use model_core::object::{Motion, ObjectDesign};
 use serde::{Deserialize, Serialize};
 
 use super::object::{ObjectFields, contour};
+use crate::link::whole;
 use crate::source::{self, Origin};
 use fre::drive;
 use fre::shape::Shape;
@@ -94,7 +95,7 @@ impl Limits {
     /// The settings with these values for a finger.
     ///
     /// # Errors
-    /// There is no such finger, the drive is not one, or the rate not a whole number.
+    /// The finger does not exist, the drive cannot be read, or the rate is not a whole number.
     pub fn change(&self, settings: &Settings, finger: u8) -> Result<Settings, String> {
         let mut changed = *settings;
         let mount = changed.fingers.get_mut(usize::from(finger)).and_then(Option::as_mut);
@@ -117,11 +118,10 @@ impl Limits {
         Ok(changed)
     }
 
-    /// The rate, as far as settings can have it; the gripper refuses more of them.
+    /// The rate, if settings can have it; the gripper checks its range.
     fn rate(&self) -> Result<u16, String> {
-        let is_whole = self.rate_hz.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&self.rate_hz);
-        let why = || format!("rate_hz = {}; allowed is a whole number from 1 to 1000", self.rate_hz);
-        is_whole.then_some(self.rate_hz as u16).ok_or_else(why)
+        whole(self.rate_hz)
+            .ok_or_else(|| format!("rate_hz = {}; allowed is a whole number from 1 to 1000", self.rate_hz))
     }
 }
 
