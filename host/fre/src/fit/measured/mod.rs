@@ -46,10 +46,10 @@ const ROWS_AT_ONCE: usize = 1 << 14;
 
 /// The largest force that is believed, N: beyond it the unit is another one.
 const MAX_FORCE: f64 = 1e5;
-/// By how much a magnitude may differ from its components: a share, and N.
-const SAME_FORCE: [f64; 2] = [0.01, 1e-3];
 /// The same of a torque, N·mm.
 const MAX_TORQUE: f64 = 1e7;
+/// By how much a magnitude may differ from that of its components: a share, and N.
+const SAME_FORCE: [f64; 2] = [0.01, 1e-3];
 /// The largest coordinate of a point that is believed, mm: beyond it the unit is another one. No design is a tenth as long.
 const MAX_COORDINATE: f64 = 1e4;
 /// The largest file that is read: a million points are a tenth of it. What has no end, such as a device, ends here too.
