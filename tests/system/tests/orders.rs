@@ -17,6 +17,29 @@ fn last(bench: &Bench) -> Report {
     bench.reports.iter().rev().map(|(report, _)| *report).find(|report| report.finger == 0).expect("a report")
 }
 
+/// A gripper with so many fingers, the second one on the right, whose first finger has a design and an object; and its settings.
+fn hand_of(count: u8) -> (Bench, Settings) {
+    let servo = |id| Config { id, ..geared_servo() };
+    let mut bench = Bench::of(servo(1), (2..=count).map(servo).collect(), &Flash::new());
+    let mut settings = Settings::of(GEARED_MOUNT);
+    for number in 1..count {
+        let side = if number == 1 { Side::Right } else { GEARED_MOUNT.side };
+        settings.fingers[usize::from(number)] = Some(Mount { servo_id: number + 1, side, ..GEARED_MOUNT });
+    }
+    set_up(&mut bench, &settings, OBJECT);
+    (bench, settings)
+}
+
+/// Gives so many fingers a design, and an object that is not slippery.
+fn furnish(bench: &mut Bench, count: u8) {
+    for number in 0..count {
+        bench.ask::<SetFinger>(&For { finger: number, what: finger() }).unwrap();
+        let what = Object { design: OBJECT, friction: 0.6 };
+        bench.ask::<SetObject>(&For { finger: number, what }).unwrap();
+    }
+    bench.until("the last finger", 5 * SECOND, |report| report.finger == count - 1 && report.position != 0);
+}
+
 /// A gripper whose second servo is gone still opens and stops its first finger, and says which of them obeyed.
 #[test]
 fn a_servo_that_is_gone_does_not_keep_the_others_from_stopping() {
@@ -171,18 +194,8 @@ fn a_servo_that_is_lost_in_a_grip_can_be_searched_for() {
 /// A finger that was taken away while it pressed does not count for the others: they close for a weight as softly as ever.
 #[test]
 fn a_finger_that_is_gone_makes_the_others_press_no_harder() {
-    let servo = |id| Config { id, ..geared_servo() };
-    let mut bench = Bench::of(servo(1), vec![servo(2), servo(3)], &Flash::new());
-    let mut settings = Settings::of(GEARED_MOUNT);
-    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
-    settings.fingers[2] = Some(Mount { servo_id: 3, ..GEARED_MOUNT });
-    set_up(&mut bench, &settings, OBJECT);
-    for number in 0..3 {
-        bench.ask::<SetFinger>(&For { finger: number, what: finger() }).unwrap();
-        let what = Object { design: OBJECT, friction: 0.6 };
-        bench.ask::<SetObject>(&For { finger: number, what }).unwrap();
-    }
-    bench.until("a third finger", 5 * SECOND, |report| report.finger == 2 && report.position != 0);
+    let (mut bench, mut settings) = hand_of(3);
+    furnish(&mut bench, 3);
     let to = GripTo { fingers: Which::One(2), force: 5.0, speed: Some(0.1), limit: None };
     bench.ask::<Grip>(&to).unwrap();
     bench.until("a grip", 20 * SECOND, |report| report.phase == Phase::Gripped);
@@ -200,11 +213,7 @@ fn a_finger_that_is_gone_makes_the_others_press_no_harder() {
 /// During a search a servo's Bus Watchdog trips that another program has armed. The look that shows it is repeated if its answer is lost.
 #[test]
 fn a_look_whose_answer_is_lost_is_repeated() {
-    let servo = |id| Config { id, ..geared_servo() };
-    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
-    let mut settings = Settings::of(GEARED_MOUNT);
-    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
-    set_up(&mut bench, &settings, OBJECT);
+    let (mut bench, _) = hand_of(2);
     bench.run(3 * SECOND);
     bench.servo_of(1).write(xm430::BUS_WATCHDOG, 5);
     bench.ask::<Scan>(&()).unwrap();
@@ -226,17 +235,8 @@ fn a_look_whose_answer_is_lost_is_repeated() {
 /// Of two fingers that close for a weight one is taken away: the other one keeps what it has, and says so.
 #[test]
 fn a_finger_that_is_left_of_two_keeps_its_force() {
-    let servo = |id| Config { id, ..geared_servo() };
-    let mut bench = Bench::of(servo(1), vec![servo(2)], &Flash::new());
-    let mut settings = Settings::of(GEARED_MOUNT);
-    settings.fingers[1] = Some(Mount { servo_id: 2, side: Side::Right, ..GEARED_MOUNT });
-    set_up(&mut bench, &settings, OBJECT);
-    for number in 0..2 {
-        bench.ask::<SetFinger>(&For { finger: number, what: finger() }).unwrap();
-        let what = Object { design: OBJECT, friction: 0.6 };
-        bench.ask::<SetObject>(&For { finger: number, what }).unwrap();
-    }
-    bench.until("a second finger", 5 * SECOND, |report| report.finger == 1 && report.position != 0);
+    let (mut bench, mut settings) = hand_of(2);
+    furnish(&mut bench, 2);
     let (gravity, speed) = (Gravity::Across, Some(0.1));
     let to = CarryTo { weight: 0.2, gravity, safety: 1.0, force: None, speed, limit: None };
     bench.ask::<Carry>(&to).unwrap();
